@@ -1,0 +1,47 @@
+"""A bag: a membrane and its inflow patch as spline surfaces, with one array of coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from shells.surface import SplineSurface
+
+
+@dataclass(frozen=True)
+class Bag:
+    """Initial geometry of a scene.
+
+    Attributes
+    ----------
+    membrane, patch : SplineSurface
+        The moving surface and the fixed inflow patch; both normals point out of the bag.
+    coefficients : (n_full, 3) array
+        Membrane coefficients, then those of the patch.
+    rim_ring : int
+        Ring of the membrane that is joined to the inflow rim.
+    profile : callable
+        Inflow profile X on points (n, 3) of the patch, zero at its rim [T 6.3.3].
+    gap, extent : float
+        Sheet distance H and lateral extent l of the narrowest region, for forecasts.
+    exact_volume : float
+        Volume of the body that was fitted.
+    fit_error : float
+        Largest distance between the fitted and the exact surface.
+    """
+
+    membrane: SplineSurface
+    patch: SplineSurface
+    coefficients: np.ndarray
+    rim_ring: int
+    profile: Callable[[np.ndarray], np.ndarray]
+    gap: float
+    extent: float
+    exact_volume: float
+    fit_error: float
+
+    @property
+    def n_membrane(self) -> int:
+        return self.membrane.n_coefficients

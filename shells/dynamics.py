@@ -1,0 +1,295 @@
+"""A shell with an enclosed volume: backward-Euler steps [T 6.11] and static equilibria.
+
+``M ((theta - theta_n)/dt^2 - v_n/dt) + W'(theta) - p Q'(theta) + C v = load, Q(theta) = V`` with
+``v = (theta - theta_n)/dt``, solved by Newton on free coefficients ``theta = theta_n + E q``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse.linalg import LinearOperator, splu
+from skfem import BilinearForm
+
+from . import newton
+from .kirchhoff_love import KirchhoffLove
+from .surface_basis import SurfaceBasis
+from .volume import EnclosedVolume
+
+
+@dataclass(frozen=True)
+class ShellState:
+    """Time, coefficients and velocity ``(n_full, 3)``, excess pressure."""
+
+    t: float
+    coefficients: np.ndarray
+    velocity: np.ndarray
+    pressure: float = 0.0
+
+
+@dataclass(frozen=True)
+class ShellStep:
+    """A solved step, or (``ok`` false) why there is none."""
+
+    state: ShellState
+    outcome: newton.Outcome
+    newton_iterations: int
+    last_update: float
+
+    @property
+    def ok(self) -> bool:
+        return self.outcome is newton.Outcome.CONVERGED
+
+
+def mass_matrix(basis: SurfaceBasis, density: float) -> csr_matrix:
+    """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
+    points = round(basis.X.shape[1] ** 0.5)
+    scalar = SurfaceBasis(basis.surface, basis.reference, points, components=1)
+    form = BilinearForm(lambda u, v, w: density * u * v)
+    return kron(form.assemble(scalar), identity(3), format="csr")
+
+
+class ShellStructure:
+    """A Kirchhoff-Love shell, its supports and its enclosed volume.
+
+    Parameters
+    ----------
+    shell : KirchhoffLove
+    extraction : (3 n_full, n_free) sparse matrix
+        Supports and poles (`shells.support.extraction`); coefficients beyond the shell's own
+        never move.
+    volume : EnclosedVolume, optional
+        Without it there is no constraint and no pressure.
+    tolerance : float
+        Newton's largest update over the length of the structure.
+    """
+
+    def __init__(
+        self,
+        shell: KirchhoffLove,
+        extraction: csr_matrix,
+        volume: EnclosedVolume | None = None,
+        *,
+        tolerance: float = 1e-9,
+        max_iterations: int = 25,
+    ):
+        self.shell, self.E, self._volume = shell, extraction.tocsr(), volume
+        self._n = shell.basis.N  # vector dofs of the shell; the rest of a configuration is fixed
+        if extraction.shape[0] < self._n or extraction.shape[0] % 3:
+            raise ValueError(f"the extraction needs at least {self._n} rows, three a coefficient")
+        self._Es = self.E[: self._n]
+        self.M = mass_matrix(shell.basis, shell.material.density)
+        self._Mr = (self._Es.T @ self.M @ self._Es).tocsr()
+        extent = np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0)
+        self._tolerance, self._limit = tolerance * float(extent.max()), max_iterations
+
+    @cached_property
+    def _normal_solver(self) -> Any:
+        return splu((self.E.T @ self.E).tocsc())
+
+    def reduce(self, increment: np.ndarray) -> np.ndarray:
+        """Free coordinates q of an increment ``(n_full, 3)`` in the range of E."""
+        return self._normal_solver.solve(self.E.T @ increment.ravel())
+
+    def volume(self, coefficients: np.ndarray) -> float:
+        """Enclosed volume of a configuration ``(n_full, 3)``."""
+        if self._volume is None:
+            raise ValueError("this structure encloses no volume")
+        return self._volume.value(coefficients.ravel()[: self._n])
+
+    def area(self, coefficients: np.ndarray) -> float:
+        """Current area of the shell."""
+        basis = self.shell.basis
+        jets = basis.jets(coefficients.reshape(-1, 3)[: self._n // 3])
+        ratio = np.linalg.norm(jets.normal, axis=-1)
+        ratio /= np.linalg.norm(basis.reference.normal, axis=-1)
+        return float((ratio * basis.dx).sum())
+
+    def measure(self, increment: np.ndarray) -> float:
+        """Mass-weighted root mean square of an increment ``(n_full, 3)``."""
+        d = increment.ravel()[: self._n]
+        density = self.shell.material.density
+        return float(np.sqrt(max(d @ (self.M @ d), 0.0) / (density * self.shell.basis.dx.sum())))
+
+    def _solve(
+        self,
+        start: np.ndarray,
+        x: np.ndarray,
+        pressure: float,
+        volume: float | None,
+        linear: np.ndarray,
+        operator: Any,
+    ) -> newton.NewtonResult:
+        """Newton on ``W' - p Q' + linear + operator x``; operator is sparse, dense or None."""
+        Es = self._Es
+
+        def system(q: np.ndarray, lam: float) -> tuple:
+            c = start.ravel()[: self._n] + Es @ q
+            gradient, tangent = self.shell.gradient_and_tangent(c)
+            row, defect = None, 0.0
+            if volume is not None:
+                Q, dQ, ddQ = self._volume.derivatives(c)
+                gradient, tangent = gradient + lam * dQ, tangent + lam * ddQ
+                row, defect = Es.T @ dQ, Q - volume
+            K = Es.T @ tangent @ Es
+            r = Es.T @ gradient + linear
+            if operator is not None:
+                r = r + operator @ q
+                K = K + operator
+                K = np.asarray(K) if isinstance(K, np.matrix) else K
+            return r, K, row, defect
+
+        return newton.solve(
+            system, x, -pressure, tolerance=self._tolerance, max_iterations=self._limit
+        )
+
+    def step(
+        self,
+        state: ShellState,
+        load: np.ndarray | None,
+        dt: float,
+        volume: float | None,
+        damping: Any = None,
+        guess: np.ndarray | None = None,
+    ) -> ShellStep:
+        """One backward-Euler step [T 6.11].
+
+        Parameters
+        ----------
+        state : ShellState
+        load : (n_full, 3) array or None
+            Force tested with each function.
+        dt : float
+        volume : float or None
+            Enclosed volume at the new time.
+        damping : optional
+            C with ``C v`` added to the residual: ``(3 n_full, 3 n_full)`` array or an operator
+            with ``dense()``.
+        guess : (n_full, 3) array, optional
+            Start of Newton's iteration; default the predictor ``theta_n + dt v_n``.
+        """
+        linear = -(self._Mr @ self.reduce(state.velocity)) / dt
+        if load is not None:
+            linear -= self.E.T @ load.ravel()
+        operator = self._Mr / dt**2
+        if damping is not None:
+            C = damping.dense() if hasattr(damping, "dense") else damping
+            operator = operator.toarray() + (self.E.T @ (self.E.T @ C.T).T) / dt
+        start = guess - state.coefficients if guess is not None else dt * state.velocity
+        result = self._solve(
+            state.coefficients, self.reduce(start), state.pressure, volume, linear, operator
+        )
+        increment = (self.E @ result.x).reshape(-1, 3)
+        new = ShellState(
+            state.t + dt, state.coefficients + increment, increment / dt, -result.multiplier
+        )
+        last = result.history[-1] if result.history else np.inf
+        return ShellStep(new, result.outcome, len(result.history), last)
+
+    def energies(self, state: ShellState) -> dict[str, float]:
+        """Kinetic, membrane and bending energy of a state."""
+        membrane, bending = self.shell.energy(state.coefficients.ravel()[: self._n])
+        v = state.velocity.ravel()[: self._n]
+        return {"kinetic": 0.5 * float(v @ (self.M @ v)), "membrane": membrane, "bending": bending}
+
+    def budget(
+        self, start: ShellState, end: ShellState, load: np.ndarray | None
+    ) -> dict[str, float]:
+        """Work of pressure and load over a step and the integrator's dissipation.
+
+        Backward Euler burns ``1/2 |v_1 - v_0|_M^2`` and, of the stored energy,
+        ``int_0^1 (W'(theta_1) - W'(theta_0 + s d)).d ds`` (five Gauss points), so that the sum
+        with the energies' change measures Newton's residual and nothing else.
+        """
+        n = self._n
+        c0, c1 = start.coefficients.ravel()[:n], end.coefficients.ravel()[:n]
+        d, dv = c1 - c0, (end.velocity - start.velocity).ravel()[:n]
+        s, w = np.polynomial.legendre.leggauss(5)
+        path = sum(
+            0.5 * wi * (self.shell.gradient(c0 + 0.5 * (si + 1.0) * d) @ d)
+            for si, wi in zip(s, w, strict=True)
+        )
+        stored = float(self.shell.gradient(c1) @ d - path)
+        work = 0.0 if load is None else float(load.ravel()[:n] @ d)
+        pressure = 0.0
+        if self._volume is not None:
+            pressure = end.pressure * float(self._volume.gradient(c1) @ d)
+        return {
+            "pressure_work": pressure,
+            "load_work": work,
+            "dissipation": 0.5 * float(dv @ (self.M @ dv)) + stored,
+        }
+
+    def linearised(self, state: ShellState, dt: float) -> LinearOperator:
+        """Inverse of ``M/dt^2 + W'' - p Q''`` under ``Q'(x) = 0``, ``3 n_full`` square."""
+        c = state.coefficients.ravel()[: self._n]
+        _, tangent = self.shell.gradient_and_tangent(c)
+        row = None
+        if self._volume is not None:
+            _, gradient, hessian = self._volume.derivatives(c)
+            tangent, row = tangent - state.pressure * hessian, self._Es.T @ gradient
+        solve = newton.factorize(self._Mr / dt**2 + self._Es.T @ tangent @ self._Es)
+        along = None if row is None else solve(row)
+
+        def apply(b: np.ndarray) -> np.ndarray:
+            x = solve(self.E.T @ b.ravel())
+            if row is not None:
+                x = x - along * (row @ x) / (row @ along)
+            return self.E @ x
+
+        n = self.E.shape[0]
+        return LinearOperator((n, n), matvec=apply, dtype=float)
+
+    def static(
+        self,
+        coefficients: np.ndarray,
+        volume: float | None,
+        *,
+        pressure: float = 0.0,
+        load: np.ndarray | None = None,
+    ) -> ShellStep:
+        """Static equilibrium near ``coefficients`` at the given enclosed volume."""
+        linear = np.zeros(self.E.shape[1])
+        if load is not None:
+            linear -= self.E.T @ load.ravel()
+        result = self._solve(coefficients, np.zeros_like(linear), pressure, volume, linear, None)
+        increment = (self.E @ result.x).reshape(-1, 3)
+        new = ShellState(
+            0.0, coefficients + increment, np.zeros_like(increment), -result.multiplier
+        )
+        last = result.history[-1] if result.history else np.inf
+        return ShellStep(new, result.outcome, len(result.history), last)
+
+
+def static_path(
+    structure: ShellStructure, coefficients: np.ndarray, volumes: np.ndarray
+) -> ShellStep:
+    """Equilibria along growing volumes, each step halved where Newton fails.
+
+    Raises
+    ------
+    ArithmeticError
+        If a volume increment falls below 1e-6 of the whole path.
+    """
+    current = structure.volume(coefficients)
+    floor = 1e-6 * abs(volumes[-1] - current)
+    pressure, step = 0.0, None
+    for target in volumes:
+        increment = target - current
+        while abs(target - current) > 1e-14 * abs(target):
+            increment = min(increment, target - current, key=abs)
+            trial = structure.static(coefficients, current + increment, pressure=pressure)
+            if trial.ok:
+                step, coefficients = trial, trial.state.coefficients
+                current, pressure = current + increment, trial.state.pressure
+                continue
+            increment *= 0.5
+            if abs(increment) < floor:
+                raise ArithmeticError(
+                    f"static path stopped at volume {current:.6g}: {trial.outcome.value}"
+                )
+    return step

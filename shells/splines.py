@@ -1,0 +1,164 @@
+"""B-spline spaces of one variable: knots, element tables, Bezier extraction, fitting.
+
+A space is given by its breaks, its degree p and the multiplicity m of each interior knot; it is
+C^(p-m) there. Open spaces interpolate at both ends; periodic ones wrap. On element e the p + 1
+functions that live there are ``N_a = sum_k extraction[e, a, k] B_k`` with Bernstein ``B_k``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+
+def bernstein(degree: int, x: np.ndarray, derivative: int = 0) -> np.ndarray:
+    """Bernstein polynomials, or a derivative, at ``x`` in [0, 1]: ``(degree + 1, *x.shape)``."""
+    x = np.asarray(x, dtype=float)
+    if derivative:
+        lower = bernstein(degree - 1, x, derivative - 1) if degree else np.zeros((0, *x.shape))
+        padded = np.concatenate([np.zeros((1, *x.shape)), lower, np.zeros((1, *x.shape))])
+        return degree * (padded[:-1] - padded[1:])
+    k = np.arange(degree + 1).reshape(-1, *([1] * x.ndim))
+    binomial = np.array([comb(degree, i) for i in range(degree + 1)], dtype=float)
+    return binomial.reshape(k.shape) * x**k * (1.0 - x) ** (degree - k)
+
+
+@dataclass(frozen=True)
+class SplineSpace:
+    """Splines of one variable on given breaks.
+
+    Parameters
+    ----------
+    breaks : (n_elements + 1,) array
+        Increasing element boundaries.
+    degree : int
+        Polynomial degree p >= 1.
+    periodic : bool
+        Identify both ends.
+    multiplicity : (n_elements + 1,) int array, optional
+        Knot multiplicity at each break (ends of open spaces are always p + 1); default 1.
+
+    Raises
+    ------
+    ValueError
+        Breaks that do not increase, a multiplicity outside 1..p, or a periodic space with fewer
+        than p + 1 functions (an element would meet one function twice).
+    """
+
+    breaks: np.ndarray
+    degree: int
+    periodic: bool = False
+    multiplicity: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        breaks = np.asarray(self.breaks, dtype=float)
+        object.__setattr__(self, "breaks", breaks)
+        if self.degree < 1 or breaks.size < 2 or np.any(np.diff(breaks) <= 0):
+            raise ValueError("a spline space needs degree >= 1 and increasing breaks")
+        m = np.ones(breaks.size, dtype=int) if self.multiplicity is None else self.multiplicity
+        m = np.asarray(m, dtype=int)
+        if m.shape != breaks.shape or m.min() < 1 or m[1:-1].max(initial=1) > self.degree:
+            raise ValueError(f"knot multiplicities must lie in 1..{self.degree}, one a break")
+        object.__setattr__(self, "multiplicity", m)
+        if self.periodic and m[:-1].sum() < self.degree + 1:
+            raise ValueError(
+                f"a periodic space of degree {self.degree} needs at least {self.degree + 1} "
+                f"elements, got {breaks.size - 1}"
+            )
+
+    @property
+    def n_elements(self) -> int:
+        return self.breaks.size - 1
+
+    @cached_property
+    def knots(self) -> np.ndarray:
+        """Knot vector, extended by wrapping for periodic spaces."""
+        p = self.degree
+        if not self.periodic:
+            inner = np.repeat(self.breaks[1:-1], self.multiplicity[1:-1])
+            ends = np.ones(p + 1)
+            return np.concatenate([self.breaks[0] * ends, inner, self.breaks[-1] * ends])
+        period = self.breaks[-1] - self.breaks[0]
+        one = np.repeat(self.breaks[:-1], self.multiplicity[:-1])
+        reps = p // one.size + 2
+        wrapped = np.concatenate([one + k * period for k in range(-reps, reps + 1)])
+        first = reps * one.size  # the first knot of the base period
+        return wrapped[first - p : first + one.size + p + 1]
+
+    @cached_property
+    def n(self) -> int:
+        """Number of functions."""
+        if self.periodic:
+            return int(self.multiplicity[:-1].sum())
+        return self.knots.size - self.degree - 1
+
+    @cached_property
+    def _spans(self) -> np.ndarray:
+        middle = 0.5 * (self.breaks[:-1] + self.breaks[1:])
+        return np.searchsorted(self.knots, middle, side="right") - 1
+
+    @cached_property
+    def element_dofs(self) -> np.ndarray:
+        """Functions of each element, ``(n_elements, p + 1)``."""
+        return (self._spans[:, None] - self.degree + np.arange(self.degree + 1)) % self.n
+
+    @cached_property
+    def extraction(self) -> np.ndarray:
+        """Bezier extraction ``(n_elements, p + 1, p + 1)``: functions to Bernstein."""
+        p = self.degree
+        x = 0.5 - 0.5 * np.cos(np.pi * (np.arange(p + 1) + 0.5) / (p + 1))
+        inverse = np.linalg.inv(bernstein(p, x))
+        points = self.breaks[:-1, None] + x * np.diff(self.breaks)[:, None]
+        raw = BSpline(self.knots, np.eye(self.knots.size - p - 1), p)(points)
+        local = self._spans[:, None] - p + np.arange(p + 1)
+        values = np.take_along_axis(raw, local[:, None, :], axis=2)  # (element, point, function)
+        tables = np.swapaxes(values, 1, 2) @ inverse
+        tables[np.abs(tables) < 1e-14] = 0.0
+        return tables
+
+    @cached_property
+    def greville(self) -> np.ndarray:
+        """Greville abscissae ``(n,)``: knot averages, where control points belong."""
+        p = self.degree
+        knots = self.knots
+        return np.array([knots[j + 1 : j + p + 1].mean() for j in range(self.n)])
+
+    def evaluate(self, x: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """Values or derivatives of all functions, ``(x.size, n)``, dense."""
+        x = np.atleast_1d(np.asarray(x, dtype=float))
+        inner = np.searchsorted(self.breaks, x, side="right") - 1
+        e = np.clip(inner, 0, self.n_elements - 1)
+        h = np.diff(self.breaks)[e]
+        local = bernstein(self.degree, (x - self.breaks[e]) / h, derivative) / h**derivative
+        rows = np.einsum("iak,ki->ia", self.extraction[e], local)
+        out = np.zeros((x.size, self.n))
+        np.add.at(out, (np.arange(x.size)[:, None], self.element_dofs[e]), rows)
+        return out
+
+    def fit(
+        self,
+        curve: np.ndarray,
+        x: np.ndarray,
+        constraints: list[tuple[np.ndarray, np.ndarray]] | None = None,
+    ) -> np.ndarray:
+        """Least-squares coefficients ``(n, k)`` of samples ``curve (m, k)`` at ``x (m,)``.
+
+        Each constraint ``(row (n,), value (k,))`` holds exactly; NaN in ``value`` frees that
+        component.
+        """
+        matrix = self.evaluate(x)
+        normal = matrix.T @ matrix
+        columns = []
+        for c in range(curve.shape[1]):
+            active = [(r, v[c]) for r, v in constraints or [] if not np.isnan(v[c])]
+            rows = np.array([r for r, _ in active]).reshape(len(active), self.n)
+            values = np.array([v for _, v in active])
+            zero = np.zeros((len(active), len(active)))
+            system = np.block([[normal, rows.T], [rows, zero]])
+            rhs = np.concatenate([matrix.T @ curve[:, c], values])
+            columns.append(np.linalg.lstsq(system, rhs, rcond=None)[0][: self.n])
+        return np.stack(columns, axis=1)

@@ -1,0 +1,205 @@
+"""Tensor-product spline surfaces: element tables, poles, restrictions, Bezier patches.
+
+Coefficient ``i * n_t + j`` belongs to ``N_i(s) N_j(t)``. Where an edge ``s = const`` collapses to
+a pole, the two rings of coefficients next to it follow three free points (a tangent plane), which
+makes the surface and every field on it C1 there. Satisfies `hbem.patches.SurfacePatches` by
+structure; the density basis of a surface is its pole-reduced scalar basis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, identity, kron
+
+from .splines import SplineSpace, bernstein
+
+
+def pole_rings(t: SplineSpace) -> np.ndarray:
+    """Rows 0 and 1 of a pole from three points: ``(2 n_t, 3)`` barycentric coordinates.
+
+    Ring 0 is the centroid, ring 1 the circle of unit radius in the triangle of radius 2 about
+    it, so both rings lie in one plane whatever the three points are.
+    """
+    period = t.breaks[-1] - t.breaks[0]
+    angle = 2.0 * np.pi * (t.greville - t.breaks[0]) / period
+    corners = 2.0 * np.pi * np.arange(3) / 3.0
+    ring = (1.0 + np.cos(angle[:, None] - corners)) / 3.0
+    return np.concatenate([np.full((t.n, 3), 1.0 / 3.0), ring])
+
+
+@dataclass(frozen=True)
+class SplineSurface:
+    """A tensor-product spline surface, or some of its elements.
+
+    Parameters
+    ----------
+    s, t : SplineSpace
+        Spaces of both directions, of one degree; outward normal is ``d_s x d_t``.
+    pole_start, pole_end : bool
+        The edge at the start (end) of ``s`` collapses to a pole; ``t`` must be periodic.
+    elements : (n,) int array, optional
+        Restriction to these elements (``e_s * t.n_elements + e_t``). Functions are then cut:
+        coefficients of two restrictions of one surface are independent along their common rim.
+    """
+
+    s: SplineSpace
+    t: SplineSpace
+    pole_start: bool = False
+    pole_end: bool = False
+    elements: np.ndarray | None = None
+
+    shape = "quadrilateral"
+
+    def __post_init__(self) -> None:
+        if self.s.degree != self.t.degree:
+            raise ValueError("both directions of a surface must have one degree")
+        if (self.pole_start or self.pole_end) and not self.t.periodic:
+            raise ValueError("a pole needs a periodic second direction")
+        if self.pole_start and self.pole_end and self.s.n < 4:
+            raise ValueError("two poles need at least four rings of coefficients")
+
+    @property
+    def degree(self) -> int:
+        return self.s.degree
+
+    geometry_degree = degree
+    density_degree = degree
+
+    @cached_property
+    def selected(self) -> np.ndarray:
+        """Element numbers of the tensor grid that this surface consists of."""
+        every = np.arange(self.s.n_elements * self.t.n_elements)
+        return every if self.elements is None else np.unique(self.elements)
+
+    @property
+    def n_elements(self) -> int:
+        return self.selected.size
+
+    @cached_property
+    def _tensor_dofs(self) -> np.ndarray:
+        es, et = np.divmod(self.selected, self.t.n_elements)
+        pairs = self.s.element_dofs[es][:, :, None] * self.t.n
+        return (pairs + self.t.element_dofs[et][:, None, :]).reshape(self.n_elements, -1)
+
+    @cached_property
+    def kept(self) -> np.ndarray:
+        """Tensor indices ``i * n_t + j`` of this surface's coefficients."""
+        if self.elements is None:
+            return np.arange(self.s.n * self.t.n)
+        return np.unique(self._tensor_dofs)
+
+    @property
+    def n_coefficients(self) -> int:
+        return self.kept.size
+
+    @cached_property
+    def element_dofs(self) -> np.ndarray:
+        """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
+        return np.searchsorted(self.kept, self._tensor_dofs)
+
+    @cached_property
+    def tables(self) -> np.ndarray:
+        """Bezier extraction ``(n_elements, (p + 1) ** 2, (p + 1) ** 2)``."""
+        es, et = np.divmod(self.selected, self.t.n_elements)
+        product = np.einsum("eak,ebl->eabkl", self.s.extraction[es], self.t.extraction[et])
+        nb = (self.degree + 1) ** 2
+        return product.reshape(-1, nb, nb)
+
+    @cached_property
+    def bezier(self) -> csr_matrix:
+        """Coefficients to Bezier points, ``(n_elements (p + 1)**2, n_coefficients)``."""
+        nb = (self.degree + 1) ** 2
+        rows = np.arange(self.n_elements * nb).reshape(-1, 1, nb)
+        rows = np.broadcast_to(rows, self.tables.shape)
+        cols = np.broadcast_to(self.element_dofs[:, :, None], self.tables.shape)
+        shape = (self.n_elements * nb, self.n_coefficients)
+        return coo_matrix((self.tables.ravel(), (rows.ravel(), cols.ravel())), shape).tocsr()
+
+    @cached_property
+    def reduction(self) -> csr_matrix:
+        """Scalar extraction ``(n_coefficients, n_dofs)``: pole rings from three dofs each."""
+        nt, n = self.t.n, self.s.n * self.t.n
+        blocks, ringed = [], np.zeros(n, dtype=bool)
+        for present, rings in (
+            (self.pole_start, (0, 1)),
+            (self.pole_end, (self.s.n - 1, self.s.n - 2)),
+        ):
+            if not present:
+                continue
+            rows = np.concatenate([r * nt + np.arange(nt) for r in rings])
+            ringed[rows] = True
+            blocks.append((rows, pole_rings(self.t)))
+        free = np.flatnonzero(~ringed)
+        rows, cols, data = [free], [np.arange(free.size)], [np.ones(free.size)]
+        for b, (r, values) in enumerate(blocks):
+            rows.append(np.repeat(r, 3))
+            cols.append(np.tile(free.size + 3 * b + np.arange(3), r.size))
+            data.append(values.ravel())
+        entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(cols)))
+        full = coo_matrix(entries, (n, free.size + 3 * len(blocks))).tocsr()[self.kept]
+        used = np.flatnonzero(np.diff(full.tocsc().indptr))
+        return full[:, used]
+
+    @property
+    def n_dofs(self) -> int:
+        return self.reduction.shape[1]
+
+    @cached_property
+    def _density(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        dofs, rows, indptr = [], [], [0]
+        for e in range(self.n_elements):
+            local = self.reduction[self.element_dofs[e]]
+            used = np.unique(local.indices)
+            dofs.append(used)
+            rows.append(local[:, used].T @ self.tables[e])
+            indptr.append(indptr[-1] + used.size)
+        return np.array(indptr), np.concatenate(dofs), np.concatenate(rows)
+
+    @property
+    def indptr(self) -> np.ndarray:
+        return self._density[0]
+
+    @property
+    def dofs(self) -> np.ndarray:
+        return self._density[1]
+
+    @property
+    def extraction(self) -> np.ndarray:
+        return self._density[2]
+
+    def restrict(self, elements: np.ndarray) -> SplineSurface:
+        """This surface on some of its elements (numbers within the tensor grid)."""
+        return SplineSurface(self.s, self.t, self.pole_start, self.pole_end, np.asarray(elements))
+
+    def ring(self, i: int) -> np.ndarray:
+        """Coefficients of ring ``i`` of ``s`` (negative counts from the end)."""
+        wanted = (i % self.s.n) * self.t.n + np.arange(self.t.n)
+        return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
+
+    def column(self, j: int) -> np.ndarray:
+        """Coefficients of column ``j`` of ``t`` (negative counts from the end)."""
+        wanted = np.arange(self.s.n) * self.t.n + j % self.t.n
+        return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
+
+    def sample(self, xi: np.ndarray, eta: np.ndarray) -> csr_matrix:
+        """Coefficients to points at local ``xi``, ``eta`` of every element.
+
+        Returns
+        -------
+        (n_elements * xi.size, n_coefficients) sparse matrix
+        """
+        values = bernstein(self.degree, xi)[:, None] * bernstein(self.degree, eta)[None]
+        values = values.reshape(-1, np.size(xi))
+        return kron(identity(self.n_elements), csr_matrix(values.T), format="csr") @ self.bezier
+
+
+def ring_scale(t: SplineSpace) -> float:
+    """Mean radius of the spline circle whose control points lie on the unit circle."""
+    x = np.linspace(t.breaks[0], t.breaks[-1], 16 * t.n_elements, endpoint=False)
+    period = t.breaks[-1] - t.breaks[0]
+    angle = 2.0 * np.pi * (t.greville - t.breaks[0]) / period
+    circle = t.evaluate(x) @ np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return float(np.hypot(*circle.T).mean())

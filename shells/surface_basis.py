@@ -1,0 +1,226 @@
+"""C1 spline surfaces as a scikit-fem basis: unmodified scikit-fem forms assemble on it.
+
+The parametric mesh is a plain quadrilateral grid; the reference configuration enters through
+``dx = |X_s x X_t| ds dt``, so that forms integrate over the reference surface. Derivatives of
+``DiscreteField`` are parametric (``grad``, ``hess``); `frame` turns them into derivatives in an
+orthonormal tangent frame, which is all that the parametrization-free formulation needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import SimpleNamespace
+
+import numpy as np
+from skfem import MeshQuad
+from skfem.assembly.basis import AbstractBasis
+from skfem.element import DiscreteField, ElementQuad1
+
+from .splines import bernstein
+from .surface import SplineSurface
+
+
+@dataclass(frozen=True)
+class Jets:
+    """A surface and its derivatives at quadrature points.
+
+    Attributes
+    ----------
+    value : (n_elements, n_points, 3) array
+    grad : (2, n_elements, n_points, 3) array
+        Derivatives along s and t.
+    hess : (3, n_elements, n_points, 3) array
+        Second derivatives ss, tt, st.
+    """
+
+    value: np.ndarray
+    grad: np.ndarray
+    hess: np.ndarray
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """Unnormalised normal ``X_s x X_t``, ``(n_elements, n_points, 3)``."""
+        return np.cross(self.grad[0], self.grad[1])
+
+
+class _Components(Sequence):
+    """Vector-valued basis functions made on access: storage stays scalar."""
+
+    def __init__(self, basis: SurfaceBasis, components: int):
+        self._basis, self._components = basis, components
+
+    def __len__(self) -> int:
+        return self._basis.values.shape[0] * self._components
+
+    def __getitem__(self, i: int) -> tuple[DiscreteField, ...]:
+        a, c = divmod(range(len(self))[i], self._components)
+        b = self._basis
+        hess = np.stack([b.hess[0, a], b.hess[2, a], b.hess[2, a], b.hess[1, a]])
+        parts = (b.values[a], b.grads[:, a], hess.reshape(2, 2, *hess.shape[1:]))
+        if self._components == 1:
+            return (DiscreteField(value=parts[0], grad=parts[1], hess=parts[2]),)
+        full = []
+        for part in parts:
+            array = np.zeros((self._components, *part.shape))
+            array[c] = part
+            full.append(array)
+        return (DiscreteField(value=full[0], grad=full[1], hess=full[2]),)
+
+
+class SurfaceBasis(AbstractBasis):
+    """Basis functions of a `SplineSurface` at Gauss points of its elements.
+
+    Parameters
+    ----------
+    surface : SplineSurface
+    reference : (n_coefficients, 3) array, callable or Jets
+        Reference configuration as coefficients, jets at the points, or an exact one:
+        ``reference(s, t)`` returns ``X, (X_s, X_t), (X_ss, X_tt, X_st)``, each ``(..., 3)``.
+    points : int, optional
+        Gauss points per direction; default ``degree + 1``.
+    components : {1, 3}
+        Scalar or vector functions; vector dof ``3 a + c`` is component c of coefficient a.
+
+    Raises
+    ------
+    ValueError
+        A reference whose tangents are parallel at a quadrature point, or of a wrong shape.
+    """
+
+    def __init__(
+        self,
+        surface: SplineSurface,
+        reference: np.ndarray | Callable | Jets,
+        points: int | None = None,
+        components: int = 3,
+    ):
+        self.surface, self.components = surface, components
+        n = surface.degree + 1 if points is None else points
+        x, w = np.polynomial.legendre.leggauss(n)
+        x, w = 0.5 * (x + 1.0), 0.5 * w
+        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+        self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
+        self._evaluate(xi, eta)
+        self.reference = reference if isinstance(reference, Jets) else self._jets_of(reference)
+        area = np.linalg.norm(self.reference.normal, axis=-1)
+        if not np.all(area > 1e-14 * area.max()):
+            raise ValueError("the reference surface is degenerate: parallel tangents")
+        hs, ht = self._sizes
+        self.dx = area * self.W * (hs * ht)[:, None]
+        self.mesh = MeshQuad.init_tensor(surface.s.breaks, surface.t.breaks)
+        self.mapping = self.mesh._mapping()
+        self.elem = ElementQuad1()  # a placeholder: forms never ask it for functions
+        self.nelems = surface.n_elements
+        self.tind = None
+        dofs = surface.element_dofs.T
+        if components > 1:
+            dofs = (components * dofs[:, None] + np.arange(components)[:, None]).reshape(
+                -1, self.nelems
+            )
+        self.dofs = SimpleNamespace(
+            element_dofs=dofs.astype(np.int32), N=components * surface.n_coefficients
+        )
+        self.Nbfun = dofs.shape[0]
+        self.basis = _Components(self, components)
+
+    @cached_property
+    def _sizes(self) -> tuple[np.ndarray, np.ndarray]:
+        es, et = np.divmod(self.surface.selected, self.surface.t.n_elements)
+        return np.diff(self.surface.s.breaks)[es], np.diff(self.surface.t.breaks)[et]
+
+    def _evaluate(self, xi: np.ndarray, eta: np.ndarray) -> None:
+        p, tables = self.surface.degree, self.surface.tables
+        hs, ht = self._sizes
+
+        def along(i: int, j: int) -> np.ndarray:
+            product = bernstein(p, xi, i)[:, None] * bernstein(p, eta, j)[None]
+            values = tables @ product.reshape(-1, xi.size)  # (element, function, point)
+            return np.swapaxes(values / (hs**i * ht**j)[:, None, None], 0, 1)
+
+        self.values = along(0, 0)  #: (n_functions, n_elements, n_points)
+        self.grads = np.stack([along(1, 0), along(0, 1)])  #: leading axis s, t
+        self.hess = np.stack([along(2, 0), along(0, 2), along(1, 1)])  #: ss, tt, st
+
+    def _jets_of(self, reference: np.ndarray | Callable) -> Jets:
+        if not callable(reference):
+            return self.jets(reference)
+        s, t = np.asarray(self.global_coordinates())
+        value, grad, hess = reference(s, t)
+        return Jets(np.asarray(value), np.stack(grad), np.stack(hess))
+
+    def jets(self, coefficients: np.ndarray) -> Jets:
+        """Jets of the field with coefficients ``(n_coefficients, 3)``."""
+        coefficients = np.asarray(coefficients)
+        if coefficients.shape != (self.surface.n_coefficients, 3):
+            raise ValueError(
+                f"expected coefficients ({self.surface.n_coefficients}, 3), "
+                f"got {coefficients.shape}"
+            )
+        local = coefficients[self.surface.element_dofs]
+        return Jets(
+            np.einsum("aeq,eac->eqc", self.values, local, optimize=True),
+            np.einsum("daeq,eac->deqc", self.grads, local, optimize=True),
+            np.einsum("daeq,eac->deqc", self.hess, local, optimize=True),
+        )
+
+    # --- the scikit-fem interface -----------------------------------------------------------
+
+    def default_parameters(self) -> dict[str, DiscreteField]:
+        """Position ``x`` and unit normal ``n`` of the reference, element size ``h``."""
+        normal = self.reference.normal
+        unit = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        size = np.sqrt(self.dx.sum(axis=1, keepdims=True)) * np.ones_like(self.dx)
+        return {
+            "x": DiscreteField(np.moveaxis(self.reference.value, -1, 0)),
+            "n": DiscreteField(np.moveaxis(unit, -1, 0)),
+            "h": DiscreteField(size),
+        }
+
+    def global_coordinates(self) -> DiscreteField:
+        """Parameters (s, t) of the quadrature points, ``(2, n_elements, n_points)``."""
+        es, et = np.divmod(self.surface.selected, self.surface.t.n_elements)
+        hs, ht = self._sizes
+        s = self.surface.s.breaks[es][:, None] + hs[:, None] * self.X[0]
+        t = self.surface.t.breaks[et][:, None] + ht[:, None] * self.X[1]
+        return DiscreteField(np.stack([s, t]))
+
+    def interpolate(self, w: np.ndarray) -> DiscreteField:
+        """Field with dof vector ``w (N,)`` at the quadrature points."""
+        if w.shape != (self.N,):
+            raise ValueError(f"expected a dof vector of length {self.N}, got shape {w.shape}")
+        local = w.reshape(-1, self.components)[self.surface.element_dofs]
+        value = np.einsum("aeq,eac->ceq", self.values, local, optimize=True)
+        grad = np.einsum("daeq,eac->cdeq", self.grads, local, optimize=True)
+        h = np.einsum("daeq,eac->cdeq", self.hess, local, optimize=True)
+        hess = np.stack([h[:, 0], h[:, 2], h[:, 2], h[:, 1]], axis=1)
+        hess = hess.reshape(self.components, 2, 2, *h.shape[2:])
+        if self.components == 1:
+            value, grad, hess = value[0], grad[0], hess[0]
+        return DiscreteField(value=value, grad=grad, hess=hess)
+
+    def project(self, interp: Callable | np.ndarray | float, **_: object) -> np.ndarray:
+        """L2 projection onto the basis; callables receive (s, t)."""
+        from skfem.utils import solve
+
+        return solve(*self._projection(interp))
+
+    def boundary(self, direction: str, end: int, layer: int = 0) -> np.ndarray:
+        """Dofs of the ``layer``-th ring of coefficients next to a boundary.
+
+        Parameters
+        ----------
+        direction : {"s", "t"}
+        end : {0, 1}
+            Start or end of that direction.
+        layer : int
+            0 is the trace; 1 together with 0 clamps.
+        """
+        pick = self.surface.ring if direction == "s" else self.surface.column
+        rows = pick(layer if end == 0 else -1 - layer)
+        return (self.components * rows[:, None] + np.arange(self.components)).ravel()
+
+    def get_dofs(self, *_: object, **__: object) -> np.ndarray:
+        """Not available on splines: use `boundary`."""
+        raise AttributeError("spline coefficients have no facets: use boundary(direction, end)")
