@@ -42,3 +42,8 @@ def contraction_measured(
     except ArpackNoConvergence as stalled:
         values = stalled.eigenvalues
     return float(np.abs(values).max())
+
+
+def starting_relaxation(requested: float, contraction: float) -> float:
+    """First Aitken factor: ``min(requested, 1 / (1 + rho))``."""
+    return min(requested, 1.0 / (1.0 + contraction))

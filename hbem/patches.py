@@ -9,10 +9,11 @@ shell package do by structure.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import block_diag, csr_matrix
 
 
 class SurfacePatches(Protocol):
@@ -50,3 +51,113 @@ class SurfacePatches(Protocol):
     dofs: np.ndarray
     extraction: np.ndarray
     bezier: csr_matrix
+
+
+@dataclass(frozen=True)
+class BezierPatches:
+    """Patches given by tables: exact bodies and unions of surfaces.
+
+    Attributes are those of `SurfacePatches`; ``coefficients (n_coefficients, 3)`` is the
+    configuration of a fixed body, None where it comes from elsewhere.
+
+    Raises
+    ------
+    ValueError
+        Tables whose sizes contradict each other.
+    """
+
+    n_dofs: int
+    geometry_degree: int
+    density_degree: int
+    indptr: np.ndarray
+    dofs: np.ndarray
+    extraction: np.ndarray
+    bezier: csr_matrix
+    coefficients: np.ndarray | None = None
+    shape: str = "quadrilateral"
+
+    def __post_init__(self) -> None:
+        rows = int(self.indptr[-1])
+        if self.dofs.shape != (rows,):
+            raise ValueError(f"indptr announces {rows} table rows, dofs has {self.dofs.shape}")
+        if self.extraction.shape != (rows, (self.density_degree + 1) ** 2):
+            raise ValueError(f"extraction tables have the wrong shape {self.extraction.shape}")
+        if self.bezier.shape[0] != self.n_elements * (self.geometry_degree + 1) ** 2:
+            raise ValueError("bezier must have one row per Bezier control point")
+        if rows and (self.dofs.min() < 0 or self.dofs.max() >= self.n_dofs):
+            raise ValueError("a table row names a density function outside 0..n_dofs - 1")
+
+    @property
+    def n_elements(self) -> int:
+        return self.indptr.size - 1
+
+    @property
+    def n_coefficients(self) -> int:
+        return self.bezier.shape[1]
+
+
+def union(*surfaces: SurfacePatches) -> BezierPatches:
+    """Several surfaces as one; elements, functions and coefficients follow each other.
+
+    Raises
+    ------
+    ValueError
+        Surfaces of different shapes or degrees.
+    """
+    kinds = {(p.shape, p.geometry_degree, p.density_degree) for p in surfaces}
+    if len(kinds) != 1:
+        raise ValueError(f"a union needs surfaces of one shape and degree, got {sorted(kinds)}")
+    shape, geometry_degree, density_degree = kinds.pop()
+    first_dof = np.cumsum([0] + [p.n_dofs for p in surfaces])
+    first_row = np.cumsum([0] + [p.indptr[-1] for p in surfaces])
+    known = [getattr(p, "coefficients", None) for p in surfaces]
+    return BezierPatches(
+        n_dofs=int(first_dof[-1]),
+        geometry_degree=geometry_degree,
+        density_degree=density_degree,
+        indptr=np.concatenate(
+            [[0]] + [p.indptr[1:] + o for p, o in zip(surfaces, first_row, strict=False)]
+        ),
+        dofs=np.concatenate([p.dofs + o for p, o in zip(surfaces, first_dof, strict=False)]),
+        extraction=np.concatenate([p.extraction for p in surfaces]),
+        bezier=block_diag([p.bezier for p in surfaces], format="csr"),
+        coefficients=None if any(c is None for c in known) else np.concatenate(known),
+        shape=shape,
+    )
+
+
+def bernstein(degree: int, x: np.ndarray) -> np.ndarray:
+    """Bernstein polynomials at ``x (n,)``: ``(n, degree + 1)``, stable at any degree."""
+    x = np.asarray(x, dtype=float)[:, None]
+    values = np.ones((x.shape[0], 1))
+    for _ in range(degree):
+        zero = np.zeros((x.shape[0], 1))
+        values = np.hstack([(1.0 - x) * values, zero]) + np.hstack([zero, x * values])
+    return values
+
+
+def bernstein_derivative(degree: int, x: np.ndarray) -> np.ndarray:
+    """Derivatives of the Bernstein polynomials at ``x (n,)``: ``(n, degree + 1)``."""
+    x = np.asarray(x, dtype=float)
+    if degree == 0:
+        return np.zeros((x.size, 1))
+    lower = np.pad(bernstein(degree - 1, x), ((0, 0), (1, 1)))
+    return degree * (lower[:, :-1] - lower[:, 1:])
+
+
+def tensor_bernstein(degree: int, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Values at paired local coordinates ``s, t (n,)``: ``(n, (degree + 1) ** 2)``."""
+    return _outer(bernstein(degree, s), bernstein(degree, t))
+
+
+def tensor_bernstein_gradient(
+    degree: int, s: np.ndarray, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives along s and t at paired ``s, t (n,)``, each ``(n, (degree + 1) ** 2)``."""
+    along_s = _outer(bernstein_derivative(degree, s), bernstein(degree, t))
+    along_t = _outer(bernstein(degree, s), bernstein_derivative(degree, t))
+    return along_s, along_t
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a[:, :, None] * b[:, None, :]).reshape(a.shape[0], -1)

@@ -13,9 +13,9 @@ _HOME = {
     "Material": "material",
     "KirchhoffLove": "kirchhoff_love",
     "EnclosedVolume": "volume",
-    "Support": "support",
-    "solve_static": "newton",
+    "extraction": "support",
     "ShellStructure": "dynamics",
+    "static_path": "dynamics",
 }
 __all__ = sorted(_HOME)
 

@@ -184,16 +184,24 @@ class SplineSurface:
         wanted = np.arange(self.s.n) * self.t.n + j % self.t.n
         return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
 
-    def sample(self, xi: np.ndarray, eta: np.ndarray) -> csr_matrix:
+    def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:
         """Coefficients to points at local ``xi``, ``eta`` of every element.
+
+        Parameters
+        ----------
+        xi, eta : (n,) array
+            Local coordinates in [0, 1].
+        along : {0, 1}, optional
+            Derivative along local s or t instead of the value.
 
         Returns
         -------
-        (n_elements * xi.size, n_coefficients) sparse matrix
+        (n_elements * n, n_coefficients) sparse matrix
         """
-        values = bernstein(self.degree, xi)[:, None] * bernstein(self.degree, eta)[None]
-        values = values.reshape(-1, np.size(xi))
-        return kron(identity(self.n_elements), csr_matrix(values.T), format="csr") @ self.bezier
+        p = self.degree
+        values = bernstein(p, xi, int(along == 0))[:, None] * bernstein(p, eta, int(along == 1))
+        local = csr_matrix(values.reshape(-1, np.size(xi)).T)
+        return kron(identity(self.n_elements), local, format="csr") @ self.bezier
 
 
 def ring_scale(t: SplineSpace) -> float:

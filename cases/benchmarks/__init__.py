@@ -1,0 +1,21 @@
+"""Benchmarks: error against time, always both. Each module has ``run(quick) -> rows``.
+
+A row is a mapping with ``case``, ``seconds``, ``error`` and its parameters by name, ``tolerance``
+where one was requested, ``reference``, and ``ratio`` beside ``peer`` where a peer ran.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Path of a benchmark's module and its line in `airfold list`."""
+
+    module: str
+    summary: str
+
+
+BENCHMARKS: Mapping[str, Entry] = {}

@@ -1,0 +1,210 @@
+"""The one factory: a validated scene becomes surfaces, structure, fluid and a simulation.
+
+The only place where shells, hbem and coupling meet. Everything heavy is imported here, so that
+listing and checking scenes stays light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from coupling.contact import minimum_gap
+from coupling.fixed_point import Partitioned
+from coupling.implicit import Implicit, StructureOnly
+from coupling.protocols import Recorder, State
+from coupling.relaxation import Aitken, Constant, GaussSeidel
+from coupling.stability import starting_relaxation
+from coupling.time_loop import Simulation, StepControl, Tolerances
+from shells.dynamics import ShellStructure
+from shells.kirchhoff_love import KirchhoffLove
+from shells.material import Material
+from shells.support import extraction, rim
+from shells.surface_basis import SurfaceBasis
+from shells.volume import EnclosedVolume
+
+from .config import Scene
+from .geometry import bag
+from .geometry.bag import Bag
+from .inflow import prescribed_volume
+from .preflight import contraction
+
+GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
+
+
+def structure(scene: Scene, body: Bag) -> ShellStructure:
+    """The membrane with its rim, poles and enclosed volume."""
+    c = scene.structure
+    surface = body.membrane
+    reference = body.coefficients[: body.n_membrane]
+    basis = SurfaceBasis(surface, reference, points=c.quadrature or None)
+    lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
+    offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
+    material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
+    fixed = rim(surface, body.rim_ring, c.inflow_rim)
+    E = extraction(surface.reduction, fixed, body.patch.n_coefficients)
+    return ShellStructure(KirchhoffLove(basis, material), E, EnclosedVolume(basis, offset))
+
+
+def fluid(scene: Scene, body: Bag) -> object | None:
+    """The Stokes model on membrane and patch; None for uniform pressure."""
+    if scene.fluid.model == "pressure":
+        return None
+    from hbem.enclosed_flow import EnclosedStokes
+    from hbem.krylov import DENSE_LIMIT
+    from hbem.patches import union
+    from hbem.quadrature import QuadratureOrders
+
+    f = scene.fluid
+    patches = union(body.membrane, body.patch)
+    inflow = np.arange(patches.n_elements) >= body.membrane.n_elements
+    return EnclosedStokes(
+        patches,
+        inflow,
+        body.profile,
+        mass_ratio=f.mass_ratio,
+        viscosity_ratio=f.viscosity_ratio,
+        orders=QuadratureOrders(
+            outer=f.outer_points,
+            far=max(3, f.outer_points),
+            radial=f.polar[0],
+            angular=f.polar[1],
+            near_ball=f.near_ball,
+        ),
+        dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
+        tolerance=f.krylov_tolerance,
+        max_iterations=f.krylov_iterations,
+    )
+
+
+def scheme(scene: Scene) -> object:
+    """The coupling scheme of a scene."""
+    if scene.fluid.model == "pressure":
+        return StructureOnly()
+    c = scene.coupling
+    if c.scheme == "implicit":
+        return Implicit()
+    if c.scheme == "gauss-seidel":
+        return Partitioned(GaussSeidel())
+    if c.scheme == "constant":
+        return Partitioned(Constant(c.relaxation))
+    return Partitioned(Aitken(starting_relaxation(c.relaxation, contraction(scene))))
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """Points, normals and grids of a configuration for diagnostics and pictures."""
+
+    body: Bag
+
+    @cached_property
+    def _gap_maps(self) -> list:
+        xi, eta = (g.ravel() for g in np.meshgrid(GAP_SAMPLES, GAP_SAMPLES, indexing="ij"))
+        return [
+            (part.sample(xi, eta), part.sample(xi, eta, 0), part.sample(xi, eta, 1))
+            for part in (self.body.membrane, self.body.patch)
+        ]
+
+    def split(self, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Membrane and patch rows of an array ``(n_full, 3)``."""
+        return field[: self.body.n_membrane], field[self.body.n_membrane :]
+
+    def gap(self, coefficients: np.ndarray) -> float:
+        """Smallest gap between facing parts of the bag."""
+        points, normals = [], []
+        for (x, s, t), c in zip(self._gap_maps, self.split(coefficients), strict=True):
+            points.append(x @ c)
+            normal = np.cross(s @ c, t @ c)
+            normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
+
+    def surface_grid(
+        self,
+        coefficients: np.ndarray,
+        traction: np.ndarray | None = None,
+        velocity: np.ndarray | None = None,
+        tessellate: int = 3,
+    ) -> dict[str, object]:
+        """Quadrilaterals with point data, for files and pictures.
+
+        Parameters
+        ----------
+        coefficients, velocity : (n_full, 3) array
+        traction : (n_density, 3) array, optional
+            Density coefficients (membrane, then patch).
+        tessellate : int
+            Cells per element and direction.
+
+        Returns
+        -------
+        dict
+            ``points (n, 3)``, ``quads (m, 4)``, ``point_data``, ``cell_data``.
+        """
+        n = tessellate + 1
+        x = np.linspace(0.0, 1.0, n)
+        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+        i, j = (g.ravel() for g in np.meshgrid(range(tessellate), range(tessellate), indexing="ij"))
+        cell = np.stack([i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1], axis=1)
+        points, quads, part_of, data = [], [], [], {"traction": [], "velocity": []}
+        start = 0
+        tractions = self._split_density(traction)
+        velocity = np.zeros_like(coefficients) if velocity is None else velocity
+        for k, part in enumerate((self.body.membrane, self.body.patch)):
+            sample = part.sample(xi, eta)
+            points.append(sample @ self.split(coefficients)[k])
+            offsets = start + np.arange(part.n_elements) * n * n
+            quads.append((offsets[:, None, None] + cell).reshape(-1, 4))
+            part_of.append(np.full(part.n_elements * tessellate**2, k))
+            data["velocity"].append(sample @ self.split(velocity)[k])
+            if traction is not None:
+                data["traction"].append(sample @ (part.reduction @ tractions[k]))
+            start += points[-1].shape[0]
+        return {
+            "points": np.concatenate(points),
+            "quads": np.concatenate(quads),
+            "point_data": {name: np.concatenate(v) for name, v in data.items() if v},
+            "cell_data": {"part": np.concatenate(part_of)},
+        }
+
+    def _split_density(self, traction: np.ndarray | None) -> tuple:
+        if traction is None:
+            return (None, None)
+        n = self.body.membrane.n_dofs
+        return traction[:n], traction[n:]
+
+
+def fields(scene: Scene) -> Sampler:
+    """Sampler of a scene's configurations."""
+    return Sampler(bag(scene))
+
+
+def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
+    """Everything a run needs, from one scene."""
+    body = bag(scene)
+    shell = structure(scene, body)
+    sampler = Sampler(body)
+    start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
+    t = scene.time
+    limit = scene.coupling.max_iterations or (6 if scene.coupling.scheme == "implicit" else 30)
+    volume: Callable[[float], float] = prescribed_volume(
+        scene.inflow, shell.volume(body.coefficients)
+    )
+
+    def diagnostics(state: State) -> Mapping[str, float]:
+        return {"min_gap": sampler.gap(state.coefficients)}
+
+    return Simulation(
+        structure=shell,
+        fluid=fluid(scene, body),
+        scheme=scheme(scene),
+        volume=volume,
+        initial=start,
+        control=StepControl(t.dt, t.end, t.step_growth, t.dt_floor),
+        tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
+        recorders=recorders,
+        diagnostics=diagnostics,
+        checkpoint_every=scene.output.checkpoint_every,
+    )

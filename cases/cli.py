@@ -1,0 +1,174 @@
+"""The console: airfold list | check | run | resume | bench | report.
+
+Exit codes: 0 completed, 1 the run could not go on, 2 bad input, 130 stopped by the user. Imports
+are lazy: help, list and the validation of scenes load neither numba nor scikit-fem.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import loader
+
+if TYPE_CHECKING:
+    from .runs import Finished
+
+COMPLETED, STUCK, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of the ``airfold`` command; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options)
+    except loader.SceneError as error:
+        return _bad_input(error.errors)
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return STOPPED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="airfold",
+        description="Inflates folded, flexible bags: thin shells coupled to Stokes flow.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(
+        name: str, does: Callable[[argparse.Namespace], int], text: str
+    ) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(command=does)
+        return sub
+
+    command("list", _list, "scenes and benchmarks, one line each")
+    check = command("check", _check, "validate a scene and forecast its cost and difficulty")
+    run = command("run", _run, "run a scene")
+    for sub in (check, run):
+        sub.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or a TOML file")
+        sub.add_argument(
+            "--set",
+            dest="overrides",
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help="override one key, for example --set time.dt=8 (repeatable)",
+        )
+    run.add_argument("--out", metavar="DIR", help="run folder (default: runs/<scene>-<n>)")
+    resume = command("resume", _resume, "continue a run from its last checkpoint")
+    report = command("report", _report, "draw the pictures of a run again")
+    for sub in (resume, report):
+        sub.add_argument("folder", metavar="DIR", type=Path, help="run folder")
+    bench = command("bench", _bench, "run a benchmark: error against time, always both")
+    bench.add_argument("name", metavar="NAME", help="see airfold list")
+    bench.add_argument("--quick", action="store_true", help="small sizes only")
+    bench.add_argument("--json", metavar="FILE", type=Path, help="also write the rows as JSON")
+    return parser
+
+
+def _list(options: argparse.Namespace) -> int:
+    from .benchmarks import BENCHMARKS
+
+    scenes = loader.shipped()
+    width = max(len(name) for name in [*scenes, *BENCHMARKS])
+    print("scenes")
+    for name, description in scenes.items():
+        print(f"  {name:<{width}}  {description}")
+    print("benchmarks")
+    for name, entry in BENCHMARKS.items():
+        print(f"  {name:<{width}}  {entry.summary}")
+    if not BENCHMARKS:
+        print("  (none yet)")
+    return COMPLETED
+
+
+def _check(options: argparse.Namespace) -> int:
+    scene = loader.read(options.scene, options.overrides)
+    from . import preflight
+    from .output.forecast import show
+
+    show(scene, preflight.forecast(scene))
+    return COMPLETED
+
+
+def _run(options: argparse.Namespace) -> int:
+    scene = loader.read(options.scene, options.overrides)
+    from rich.console import Console
+
+    from . import runs
+
+    try:
+        folder = runs.new_folder(scene, options.out)
+    except runs.FolderError as error:
+        return _bad_input([str(error)])
+    print(f"{scene.name}: {scene.description}\nrun folder: {folder}", flush=True)
+    return _ended(runs.start(scene, folder, Console()), folder)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from . import runs
+
+    try:
+        finished = runs.resume(options.folder, Console())
+    except runs.FolderError as error:
+        return _bad_input([str(error)])
+    return _ended(finished, options.folder)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from . import runs
+
+    try:
+        print(f"picture: {runs.draw(options.folder)}")
+    except runs.FolderError as error:
+        return _bad_input([str(error)])
+    return COMPLETED
+
+
+def _bench(options: argparse.Namespace) -> int:
+    from .benchmarks import BENCHMARKS
+
+    if options.name not in BENCHMARKS:
+        valid = ", ".join(BENCHMARKS) or "none yet"
+        return _bad_input([f"{options.name}: no such benchmark; valid: {valid}"])
+    from .benchmarks.report import execute
+
+    execute(options.name, BENCHMARKS[options.name].module, options.quick, options.json)
+    return COMPLETED
+
+
+def _ended(finished: Finished, folder: Path) -> int:
+    """Last lines of a run: its result, then its picture or how to go on."""
+    outcome = finished.outcome
+    if outcome is None:
+        print(f"stopped; continue with: airfold resume {folder}")
+        return STOPPED
+    where = f"step {outcome.step}, t = {outcome.t:g}"
+    if outcome.result.ok:
+        counts = outcome.counts
+        print(
+            f"completed at {where}: {counts.get('rejected', 0)} rejected steps, "
+            f"{counts.get('assemblies', 0)} assemblies"
+        )
+    else:
+        advice = outcome.detail or outcome.result.value
+        print(f"{outcome.result.name} at {where}: {advice}", file=sys.stderr)
+    print(f"picture: {finished.picture}" if finished.picture else f"results: {folder}")
+    return COMPLETED if outcome.result.ok else STUCK
+
+
+def _bad_input(errors: Sequence[str]) -> int:
+    for error in errors:
+        print(f"error: {error}", file=sys.stderr)
+    return BAD_INPUT
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,275 @@
+"""A scene as frozen dataclasses: fields with their units, defaults and admissible ranges.
+
+All quantities are non-dimensional: membrane stiffness, areal density and the length unit are 1,
+so that time counts in L sqrt(rho_s (1-nu^2)/(E h)) and pressure in E h/((1-nu^2) L). The fluid
+enters by m = varpi/Re. An optional `Physical` table gives SI values instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+# Shapes a scene may name, and whether they have a patch the fluid flows in through.
+GEOMETRIES: Mapping[str, bool] = {"pancake": True, "sphere": False}
+
+
+def rule(default: Any, **limits: Any) -> Any:
+    """Field with a default and limits: ``above, least, below, most, choices``."""
+    return field(default=default, metadata=limits)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Initial shape, lengths in units of L; ``radius`` is half the distance of the sheets."""
+
+    kind: str = rule("pancake", choices=tuple(GEOMETRIES))
+    radius: float = rule(1.0, above=0.0)
+    half_width: float = rule(10.0, above=0.0)
+    neck_radius: float = rule(1.0, above=0.0)
+    fillet: float = rule(1.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Spline degree, elements in a ring, rows on rim, fillet and inflow disc, element sizes.
+
+    ``flat_max`` is the largest element on the sheets, ``pole`` the size of the one at the pole;
+    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there).
+    """
+
+    degree: int = rule(3, choices=(2, 3))
+    around: int = rule(12, least=4)
+    rim: int = rule(4, least=1)
+    fillet: int = rule(2, least=1)
+    flat_max: float = rule(3.0, above=0.0)
+    pole: float = rule(2.0, above=0.0)
+    disc: int = rule(2, least=1)
+    joints: str = rule("smooth", choices=("smooth", "double"))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
+
+    ``quadrature`` counts Gauss points per direction; 0 means degree + 1.
+    """
+
+    stiffness: float = rule(1.0, above=0.0)
+    density: float = rule(1.0, above=0.0)
+    poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
+    flexural_rigidity: float = rule(1e-2, above=0.0)
+    inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
+    quadrature: int = rule(0, least=0, most=12)
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """Stokes flow inside and outside, or a uniform pressure without any flow.
+
+    ``mass_ratio`` is m = varpi/Re, ``tolerance`` the relative traction error, ``outer_points``
+    Gauss points per direction of the outer integral, ``polar`` radial and angular points of the
+    self rule, ``near_ball`` the reach of the near rule in element radii.
+    """
+
+    model: str = rule("stokes", choices=("stokes", "pressure"))
+    viscosity_ratio: float = rule(1.0, above=0.0)
+    mass_ratio: float = rule(0.005, above=0.0)
+    tolerance: float = rule(1e-3, above=0.0, below=1.0)
+    outer_points: int = rule(3, choices=(2, 3, 4))
+    polar: tuple[int, int] = rule((8, 10), least=2)
+    near_ball: float = rule(1.0, above=0.0)
+    solver: str = rule("auto", choices=("auto", "lu", "gmres"))
+    krylov_tolerance: float = rule(1e-8, above=0.0, below=1.0)
+    krylov_iterations: int = rule(500, least=1)
+
+
+@dataclass(frozen=True)
+class Inflow:
+    """Influx rises over t1, is constant until t2 and ends at t1 + t2; volume as multiple of V0."""
+
+    final_volume: float = rule(3.0, above=0.0)
+    t1: float = rule(200.0, above=0.0)
+    t2: float = rule(400.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class Time:
+    """Largest step and end time; dt grows by ``step_growth``, ends the run below ``dt_floor``.
+
+    ``dt_floor = 0`` means ``dt / 2**20``.
+    """
+
+    dt: float = rule(16.0, above=0.0)
+    end: float = rule(800.0, above=0.0)
+    step_growth: float = rule(1.5, least=1.0)
+    dt_floor: float = rule(0.0, least=0.0)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
+
+    ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
+    """
+
+    scheme: str = rule("implicit", choices=("implicit", "gauss-seidel", "constant", "aitken"))
+    relaxation: float = rule(0.5, above=0.0, most=1.0)
+    max_iterations: int = rule(0, least=0)
+    tolerance: float = rule(1e-4, above=0.0, below=1.0)
+    absolute_tolerance: float = rule(1e-9, least=0.0)
+
+
+@dataclass(frozen=True)
+class Output:
+    """Steps between checkpoints and between field files (0: none), cells per element side."""
+
+    checkpoint_every: int = rule(10, least=1)
+    fields_every: int = rule(5, least=0)
+    tessellate: int = rule(3, least=1, most=32)
+    picture: bool = rule(True)
+    seed: int = rule(0, least=0)
+
+
+@dataclass(frozen=True)
+class Physical:
+    """SI values: m, m, Pa, -, kg/m^2, Pa s; they determine the groups in `DETERMINED`."""
+
+    length: float = rule(math.nan, above=0.0)
+    thickness: float = rule(math.nan, above=0.0)
+    young_modulus: float = rule(math.nan, above=0.0)
+    areal_density: float = rule(math.nan, above=0.0)
+    viscosity: float = rule(math.nan, above=0.0)
+    poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
+
+    @property
+    def stiffness(self) -> float:
+        """Membrane stiffness E h / (1 - nu^2) in N/m."""
+        return self.young_modulus * self.thickness / (1.0 - self.poisson_ratio**2)
+
+    @property
+    def time_unit(self) -> float:
+        """Seconds in one unit of time."""
+        return self.length * math.sqrt(self.areal_density / self.stiffness)
+
+    @property
+    def pressure_unit(self) -> float:
+        """Pascals in one unit of pressure."""
+        return self.stiffness / self.length
+
+    def groups(self) -> dict[str, float]:
+        """Dimensionless keys of a scene that follow from these values."""
+        return {
+            "structure.stiffness": 1.0,
+            "structure.density": 1.0,
+            "structure.poisson_ratio": self.poisson_ratio,
+            "structure.flexural_rigidity": (self.thickness / self.length) ** 2 / 12.0,
+            "fluid.mass_ratio": self.viscosity / (self.pressure_unit * self.time_unit),
+        }
+
+
+# Dimensionless key -> the key of [physical] that speaks about it.
+DETERMINED: Mapping[str, str] = {
+    "structure.stiffness": "physical.young_modulus",
+    "structure.density": "physical.areal_density",
+    "structure.poisson_ratio": "physical.poisson_ratio",
+    "structure.flexural_rigidity": "physical.thickness",
+    "fluid.mass_ratio": "physical.viscosity",
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a run is made of; see `cases.loader` for the way from and to TOML."""
+
+    name: str
+    description: str = ""
+    geometry: Geometry = Geometry()
+    mesh: Mesh = Mesh()
+    structure: Structure = Structure()
+    fluid: Fluid = Fluid()
+    inflow: Inflow = Inflow()
+    time: Time = Time()
+    coupling: Coupling = Coupling()
+    output: Output = Output()
+    physical: Physical | None = None
+
+
+SECTIONS: Mapping[str, type] = {
+    "geometry": Geometry,
+    "mesh": Mesh,
+    "structure": Structure,
+    "fluid": Fluid,
+    "inflow": Inflow,
+    "time": Time,
+    "coupling": Coupling,
+    "output": Output,
+    "physical": Physical,
+}
+
+
+def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
+    """What is wrong with a value of the right type, one message or none."""
+    values = value if isinstance(value, tuple) else (value,)
+    choices = limits.get("choices")
+    if choices is not None:
+        wrong = value not in choices
+        return [f"{path}: {value!r} is none of {', '.join(map(repr, choices))}"] if wrong else []
+    tests = {
+        "above": (lambda v, x: v > x, "above"),
+        "least": (lambda v, x: v >= x, "at least"),
+        "below": (lambda v, x: v < x, "below"),
+        "most": (lambda v, x: v <= x, "at most"),
+    }
+    shown = list(value) if isinstance(value, tuple) else value
+    return [
+        f"{path}: {shown!r} must be {words} {limits[key]:g}"
+        for key, (test, words) in tests.items()
+        if key in limits and not all(test(v, limits[key]) for v in values)
+    ]
+
+
+def impossible(scene: Scene) -> list[str]:
+    """Combinations of single good values that cannot work together."""
+    g, m, t = scene.geometry, scene.mesh, scene.time
+    lower = g.half_width - g.radius - g.neck_radius - g.fillet
+    has_patch = GEOMETRIES[g.kind]
+    cases = [
+        (
+            not has_patch,
+            f"geometry.kind: {g.kind!r} has no inflow patch, the inflow would lie on no element; "
+            f"use one of {', '.join(repr(k) for k, open_ in GEOMETRIES.items() if open_)}",
+        ),
+        (
+            has_patch and lower <= 0.0,
+            f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
+            f"radius + neck_radius + fillet = {g.radius + g.neck_radius + g.fillet:g}",
+        ),
+        (
+            m.joints == "double" and m.degree == 2,
+            "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
+        ),
+        (
+            scene.fluid.viscosity_ratio != 1.0,
+            f"fluid.viscosity_ratio: {scene.fluid.viscosity_ratio:g} needs the double layer, "
+            "which is not there yet; only 1 is possible",
+        ),
+        (
+            scene.inflow.t2 < scene.inflow.t1,
+            f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
+            f"inflow.t1 = {scene.inflow.t1:g}",
+        ),
+        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
+        (
+            t.dt_floor >= t.dt,
+            f"time.dt_floor: {t.dt_floor:g} must be below time.dt = {t.dt:g}",
+        ),
+    ]
+    return [message for wrong, message in cases if wrong]
+
+
+def section_fields(name: str) -> dict[str, Any]:
+    """Fields of a section by name."""
+    return {f.name: f for f in fields(SECTIONS[name])}

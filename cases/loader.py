@@ -1,0 +1,265 @@
+"""Scenes from TOML and back: strict, all problems at once, with the nearest valid name.
+
+``read`` takes a shipped scene's name or a path, applies ``--set`` overrides and validates;
+``write`` gives the resolved scene as TOML that reads back to an equal scene.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+from .config import (
+    DETERMINED,
+    SECTIONS,
+    Physical,
+    Scene,
+    impossible,
+    out_of_range,
+    section_fields,
+)
+
+_TOP = {"name": str, "description": str}
+_KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
+_MISSING = object()
+
+
+class SceneError(ValueError):
+    """A scene that cannot be used.
+
+    Attributes
+    ----------
+    errors : list of str
+        Every problem found, each with the key's full path.
+    """
+
+    def __init__(self, errors: Sequence[str]):
+        self.errors = list(errors)
+        super().__init__("\n".join(self.errors))
+
+
+def shipped() -> dict[str, str]:
+    """Names and descriptions of the scenes that come with the package."""
+    return {name: _parse(name, _text(name))["description"] for name in _names()}
+
+
+def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene:
+    """Load and validate a scene.
+
+    Parameters
+    ----------
+    scene : str or Path
+        Name of a shipped scene, or a path to a TOML file.
+    overrides : sequence of str
+        ``"section.key=value"`` with TOML values; bare strings need no quotes.
+
+    Raises
+    ------
+    SceneError
+        With all problems at once.
+    """
+    text = _text(scene)
+    table = _parse(str(scene), text)
+    errors = [message for item in overrides for message in _override(table, item)]
+    table.setdefault("name", Path(scene).stem)
+    return _scene(table, errors)
+
+
+def write(scene: Scene) -> str:
+    """The scene as TOML with every default spelled out; reads back to an equal scene."""
+    lines = [f"name = {_literal(scene.name)}", f"description = {_literal(scene.description)}"]
+    groups = scene.physical.groups() if scene.physical else {}
+    for section in SECTIONS:
+        part = getattr(scene, section)
+        if part is None:
+            continue
+        lines += ["", f"[{section}]"]
+        for key in section_fields(section):
+            line = f"{key} = {_literal(getattr(part, key))}"
+            given = f"{section}.{key}" in groups
+            lines.append(f"# {line}  # from [physical]" if given else line)
+    return "\n".join(lines) + "\n"
+
+
+def _folder() -> Any:
+    return files("cases") / "scenes"
+
+
+def _names() -> list[str]:
+    return sorted(entry.name[:-5] for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+
+
+def _text(scene: str | Path) -> str:
+    """Text of a shipped scene or of a file."""
+    path = Path(scene)
+    resource = _folder() / f"{scene}.toml"
+    looks_like_path = path.suffix == ".toml" or len(path.parts) > 1 or isinstance(scene, Path)
+    try:
+        if not looks_like_path and resource.is_file():
+            return resource.read_text(encoding="utf-8")
+        if looks_like_path or path.is_file():
+            return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SceneError([f"{scene}: cannot be read: {error.strerror}"]) from None
+    except UnicodeDecodeError as error:
+        raise SceneError([f"{scene}: is not UTF-8 text: {error.reason}"]) from None
+    raise SceneError([f"{scene}: no such scene or file{_nearest(str(scene), _names())}"])
+
+
+def _parse(origin: str, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError([f"{origin}: unreadable TOML: {error}"]) from None
+
+
+def _nearest(name: str, valid: Sequence[str]) -> str:
+    """Ending of a message: the nearest valid name, or all of them."""
+    close = difflib.get_close_matches(name, valid, n=1)
+    return f", did you mean {close[0]!r}?" if close else f"; valid: {', '.join(valid)}"
+
+
+def _override(table: dict[str, Any], item: str) -> list[str]:
+    """Put one ``path=value`` into the table; messages if it cannot be."""
+    path, equals, text = item.partition("=")
+    path, text = path.strip(), text.strip()
+    if not equals or not path:
+        return [f"--set {item}: expected section.key=value"]
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text
+    *parents, key = path.split(".")
+    for parent in parents:
+        table = table.setdefault(parent, {})
+        if not isinstance(table, dict):
+            return [f"--set {item}: {parent} is a value, not a section"]
+    table[key] = value
+    return []
+
+
+def _scene(table: Mapping[str, Any], errors: list[str]) -> Scene:
+    """Scene of a parsed table; all problems are collected before any is raised."""
+    known = [*_TOP, *SECTIONS]
+    for key in table:
+        if key not in known:
+            errors.append(f"{key}: unknown key{_nearest(key, known)}")
+    values = {key: _value(key, table.get(key, ""), kind, errors) for key, kind in _TOP.items()}
+    values = {key: "" if value is _MISSING else value for key, value in values.items()}
+    sections = {name: _section(name, table[name], errors) for name in SECTIONS if name in table}
+    scene = Scene(**values, **sections)
+    if scene.physical is not None:
+        errors += _given_twice(table)
+        errors += _absent(table["physical"])
+    if errors:
+        # combinations are judged where each value is good by itself
+        bad = {message.split(":")[0].split(".")[0] for message in errors}
+        errors += [m for m in impossible(scene) if m.split(".")[0] not in bad]
+        raise SceneError(errors)
+    if scene.physical is not None:
+        scene = _with_groups(scene, scene.physical)
+    if wrong := impossible(scene):
+        raise SceneError(wrong)
+    return scene
+
+
+def _section(name: str, table: Any, errors: list[str]) -> Any:
+    """One section; its bad values are reported and replaced by defaults."""
+    if not isinstance(table, dict):
+        errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
+        return SECTIONS[name]()
+    fields, hints = section_fields(name), get_type_hints(SECTIONS[name])
+    good = {}
+    for key, raw in table.items():
+        path = f"{name}.{key}"
+        if key not in fields:
+            errors.append(f"{path}: unknown key{_nearest(key, list(fields))}")
+            continue
+        value = _value(path, raw, hints[key], errors)
+        if value is _MISSING:
+            continue
+        wrong = out_of_range(path, value, fields[key].metadata)
+        errors += wrong
+        if not wrong:
+            good[key] = value
+    return SECTIONS[name](**good)
+
+
+def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
+    """``raw`` as ``kind``, or `_MISSING` after a message."""
+    if get_origin(kind) is tuple:
+        return _pair(path, raw, get_args(kind), errors)
+    if kind is float and type(raw) is int and abs(raw) < 2**1000:
+        raw = float(raw)
+    if type(raw) is not kind:
+        errors.append(f"{path}: must be {_KINDS[kind]}, not {_shown(raw)}")
+        return _MISSING
+    if kind is float and not math.isfinite(raw):
+        errors.append(f"{path}: must be finite, not {raw}")
+        return _MISSING
+    return raw
+
+
+def _pair(path: str, raw: Any, kinds: tuple[type, ...], errors: list[str]) -> Any:
+    if not isinstance(raw, list) or len(raw) != len(kinds):
+        errors.append(f"{path}: must be a list of {len(kinds)} numbers, not {_shown(raw)}")
+        return _MISSING
+    entries = [
+        _value(f"{path}[{i}]", *pair, errors) for i, pair in enumerate(zip(raw, kinds, strict=True))
+    ]
+    return _MISSING if any(entry is _MISSING for entry in entries) else tuple(entries)
+
+
+def _shown(raw: Any) -> str:
+    """A bad value and its type, as in TOML."""
+    if isinstance(raw, dict):
+        return "a section"
+    try:
+        return _literal(raw)
+    except TypeError:
+        return repr(str(raw))
+
+
+def _given_twice(table: Mapping[str, Any]) -> list[str]:
+    """Dimensionless keys beside a [physical] table that determines them."""
+    sections = {name: part for name, part in table.items() if isinstance(part, dict)}
+    return [
+        f"{key}: follows from {physical}; give one of the two"
+        for key, physical in DETERMINED.items()
+        if key.split(".")[1] in sections.get(key.split(".")[0], {})
+    ]
+
+
+def _absent(physical: Any) -> list[str]:
+    """Values of [physical] that are needed but not given."""
+    needed = [key for key in section_fields("physical") if key != "poisson_ratio"]
+    given = physical if isinstance(physical, dict) else {}
+    return [f"physical.{key}: is needed in [physical]" for key in needed if key not in given]
+
+
+def _with_groups(scene: Scene, physical: Physical) -> Scene:
+    """Scene whose dimensionless groups follow from its [physical] table."""
+    for path, value in physical.groups().items():
+        section, key = path.split(".")
+        scene = replace(scene, **{section: replace(getattr(scene, section), **{key: value})})
+    return scene
+
+
+def _literal(value: Any) -> str:
+    """A TOML literal."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
+    if isinstance(value, int | float):
+        return repr(value)
+    raise TypeError(f"no TOML literal for {value!r}")

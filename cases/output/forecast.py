@@ -1,0 +1,53 @@
+"""Printing what `airfold check` found: items, physical units, warnings with their remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from ..config import Scene
+
+
+class Item(Protocol):
+    """One forecast figure."""
+
+    name: str
+    value: float | int | str
+    unit: str
+    note: str
+
+
+class Forecast(Protocol):
+    """What `cases.preflight.forecast` returns."""
+
+    items: Sequence[Item]
+    warnings: Sequence[str]
+
+
+def show(scene: Scene, forecast: Forecast) -> None:
+    """Print a forecast as a table, then its warnings."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(f"{scene.name}: {scene.description}", markup=False)
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for column in ("left", "right", "left", "left"):
+        table.add_column(justify=column)
+    for item in forecast.items:
+        table.add_row(item.name, _number(item.value), item.unit, item.note)
+    if scene.physical:
+        p = scene.physical
+        table.add_row("time unit", _number(p.time_unit), "s", "L sqrt(rho_s (1-nu^2)/(E h))")
+        table.add_row("pressure unit", _number(p.pressure_unit), "Pa", "E h/((1-nu^2) L)")
+        for key, value in p.groups().items():
+            table.add_row(key, _number(value), "", "from [physical]")
+    console.print(table)
+    for warning in forecast.warnings:
+        console.print(f"warning: {warning}", markup=False)
+    if not forecast.warnings:
+        console.print("no warnings")
+
+
+def _number(value: float | int | str) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,86 @@
+"""history.csv: one row an accepted step, 17 significant digits, wall time in the last column.
+
+The header is made of the first row's keys. With a [physical] table the most wanted columns follow
+a second time in SI units (suffix ``_si``).
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..config import Physical
+from .atomic import keep_lines
+from .recorder import Silent
+
+if TYPE_CHECKING:
+    from coupling.protocols import AcceptedStep
+
+LAST = "wall_time"
+
+
+class History(Silent):
+    """Recorder of history.csv.
+
+    Parameters
+    ----------
+    path : Path
+    physical : Physical, optional
+        Adds columns in s, m^3, m^2 and Pa.
+    """
+
+    def __init__(self, path: Path, physical: Physical | None = None):
+        self.path = path
+        self._units = _units(physical) if physical else {}
+
+    def on_start(self, step: AcceptedStep) -> None:
+        self._append(step.row)
+
+    def on_accepted(self, step: AcceptedStep) -> None:
+        self._append(step.row)
+
+    def cut_back(self, step: int) -> None:
+        """Drop the rows after ``step`` and a half-written last line."""
+        keep_lines(self.path, lambda line: int(line.split(",", 1)[0]) <= step)
+        if self.path.exists() and not self.path.stat().st_size:
+            self.path.unlink()
+
+    def _append(self, row: Mapping[str, float]) -> None:
+        physical = {f"{k}_si": row[k] * unit for k, unit in self._units.items() if k in row}
+        full = {**row, **physical}
+        if LAST in full:
+            full[LAST] = full.pop(LAST)
+        text = ",".join(_digits(value) for value in full.values()) + "\n"
+        if not self.path.exists():
+            text = ",".join(full) + "\n" + text
+        # one write of whole lines: a killed run leaves no torn rows behind
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(text)
+
+
+def read_history(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a history.csv by name."""
+    with open(path, encoding="utf-8", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    complete = [row for row in rows if len(row) == len(header)]
+    values = np.array(complete, dtype=float).reshape(-1, len(header))
+    return {name: values[:, i] for i, name in enumerate(header)}
+
+
+def _units(physical: Physical) -> dict[str, float]:
+    length = physical.length
+    return {
+        "t": physical.time_unit,
+        "volume": length**3,
+        "area": length**2,
+        "pressure": physical.pressure_unit,
+        "min_gap": length,
+    }
+
+
+def _digits(value: float) -> str:
+    return str(value) if isinstance(value, int | np.integer) else f"{value:.17g}"

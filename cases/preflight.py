@@ -1,0 +1,163 @@
+"""Forecast of a run before any work: sizes, memory, contraction, time scales, with warnings.
+
+Needs the geometry only: neither scikit-fem nor numba is loaded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.stability import contraction_forecast
+
+from .config import Scene
+from .geometry import bag as make_bag
+from .geometry.bag import Bag
+
+# Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
+NEAR_PAIRS_PER_POINT = 24
+GIGABYTE = 2.0**30
+# Measured: partitioned schemes converge up to these contractions.
+LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0}
+
+
+@dataclass(frozen=True)
+class Item:
+    """One forecast figure."""
+
+    name: str
+    value: float | int | str
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What `airfold check` prints."""
+
+    items: tuple[Item, ...]
+    warnings: tuple[str, ...]
+
+
+def contraction(scene: Scene, body: Bag | None = None) -> float:
+    """Contraction rho of plain subiterations at the scene's time step, before any work."""
+    body = make_bag(scene) if body is None else body
+    return contraction_forecast(
+        scene.fluid.mass_ratio,
+        scene.time.dt,
+        element_size=_element_size(body),
+        gap=body.gap,
+        extent=body.extent,
+    )
+
+
+def forecast(scene: Scene) -> Forecast:
+    """Sizes, time scales and warnings of a scene."""
+    body = make_bag(scene)
+    items, warnings = _sizes(scene, body), _structure_warnings(scene, body)
+    if scene.fluid.model == "pressure":
+        items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
+    else:
+        more, cautions = _fluid(scene, body)
+        items += more
+        warnings += cautions
+    return Forecast(tuple(items), tuple(warnings))
+
+
+def _element_size(body: Bag) -> float:
+    """Square root of the smallest membrane element's area, poles left out."""
+    middle = np.array([0.5])
+    s, t = (body.membrane.sample(middle, middle, k) for k in (0, 1))
+    c = body.coefficients[: body.n_membrane]
+    area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
+    return float(np.sqrt(area.min()))
+
+
+def volume(body: Bag) -> float:
+    """Enclosed volume of the initial bag [T 2.27]."""
+    x, w = np.polynomial.legendre.leggauss(body.membrane.degree + 2)
+    x, w = 0.5 * (x + 1.0), 0.5 * w
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    total, start = 0.0, 0
+    for part in (body.membrane, body.patch):
+        c = body.coefficients[start : start + part.n_coefficients]
+        start += part.n_coefficients
+        point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
+        cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
+        total += float(cone @ np.tile(np.outer(w, w).ravel(), part.n_elements))
+    return total
+
+
+def _sizes(scene: Scene, body: Bag) -> list[Item]:
+    start = volume(body)
+    elements = body.membrane.n_elements + body.patch.n_elements
+    error = f"largest distance {body.fit_error:.2g}"
+    volume_error = abs(start / body.exact_volume - 1.0)
+    return [
+        Item("elements", elements, "", f"{body.patch.n_elements} of them inflow patch"),
+        Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
+        Item("initial volume", start, "", f"of the spline fit: {error}, volume {volume_error:.1e}"),
+        Item("final volume", scene.inflow.final_volume * start),
+        Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
+        Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),
+        Item("time of a membrane wave", body.extent, "", "extent over wave speed 1"),
+        Item("time of the inflow", scene.inflow.t1 + scene.inflow.t2),
+    ]
+
+
+def _structure_warnings(scene: Scene, body: Bag) -> list[str]:
+    thickness = np.sqrt(12.0 * scene.structure.flexural_rigidity)
+    ratio = thickness / scene.geometry.radius
+    size = np.pi * scene.geometry.radius / scene.mesh.rim
+    if ratio < 0.05 and scene.mesh.degree == 2:
+        return [
+            f"thickness over fold radius is {ratio:.1e}: quadratic splines lock there (half the "
+            f"answer at 1e-3 on elements of {size:.2g}); set mesh.degree = 3"
+        ]
+    return []
+
+
+def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
+    f = scene.fluid
+    elements = body.membrane.n_elements + body.patch.n_elements
+    unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
+    memory = 8.0 * unknowns**2 / GIGABYTE
+    rho = contraction(scene, body)
+    # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
+    symbol = rho / (f.mass_ratio * scene.time.dt)
+    lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
+    speed = scene.inflow.final_volume * volume(body) / (np.pi * scene.geometry.neck_radius**2)
+    speed /= scene.inflow.t2
+    items = [
+        Item("fluid unknowns", unknowns, "", "traction coefficients"),
+        Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),
+        Item("dense operator", memory, "GB", "a factorization and a copy come on top"),
+        Item("time of lubrication", lubrication, "", "gap against membrane tension"),
+        Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
+        Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
+        Item("traction tolerance", f.tolerance, "", f"Krylov {f.krylov_tolerance:g}"),
+        Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
+    ]
+    warnings = []
+    limit = LIMITS.get(scene.coupling.scheme, np.inf)
+    others = ", ".join(f"{k} needs rho < {v:g}" for k, v in LIMITS.items())
+    if rho > limit:
+        warnings.append(
+            f"coupling.scheme = {scene.coupling.scheme!r} diverges: rho = {rho:.2g} at dt = "
+            f"{scene.time.dt:g} ({others}); use 'implicit', or time.dt below "
+            f"{0.5 * limit / rho * scene.time.dt:.2g}"
+        )
+    elif rho > 1.0:
+        items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
+    if memory > 4.0:
+        warnings.append(
+            f"the dense operator takes {memory:.1f} GB; coarsen the mesh (mesh.around, "
+            "mesh.flat_max)"
+        )
+    if speed > 3.0:
+        warnings.append(
+            f"the mean inflow speed is {speed:.2g} wave speeds: the inlet stretches before the rim "
+            "moves; lower inflow.final_volume or raise inflow.t2"
+        )
+    return items, warnings

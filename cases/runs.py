@@ -1,0 +1,210 @@
+"""Runs and their folders: start one, resume it from its checkpoint, draw its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import loader
+from .config import Scene
+from .output.atomic import remove_parts, replacing
+from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
+from .output.history import History, read_history
+from .output.iterations import Iterations
+from .output.picture import NoPicture, overview
+from .output.progress import Progress
+from .output.run_record import RunRecord
+from .output.vtk import Fields
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from coupling.protocols import Outcome, Recorder, Snapshot
+
+
+class FolderError(ValueError):
+    """A run folder that cannot be used, with the remedy."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """How a run ended: the outcome (None if the user stopped it) and its picture, if any."""
+
+    outcome: Outcome | None
+    picture: Path | None = None
+
+
+def new_folder(scene: Scene, out: str | Path | None) -> Path:
+    """The folder of a new run: ``out``, or the next free ``runs/<scene>-<n>``.
+
+    Raises
+    ------
+    FolderError
+        If it exists and is not empty.
+    """
+    if out is None:
+        n = 1
+        while (folder := Path("runs") / f"{scene.name}-{n}").exists():
+            n += 1
+    else:
+        folder = Path(out)
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise FolderError(
+                f"{folder} exists and is not empty; choose another --out, remove it, "
+                f"or continue the run in it: airfold resume {folder}"
+            )
+    return folder
+
+
+def start(
+    scene: Scene,
+    folder: Path,
+    console: Console,
+    *,
+    tolerances: Mapping[str, Any] | None = None,
+) -> Finished:
+    """Run a scene from its beginning into an empty folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(folder / "run.toml") as file:
+        file.write(loader.write(scene))
+    return _run(scene, folder, console, tolerances=tolerances)
+
+
+def resume(
+    folder: Path, console: Console, *, tolerances: Mapping[str, Any] | None = None
+) -> Finished:
+    """Continue the run of a folder from its checkpoint; records are cut back to it first.
+
+    Raises
+    ------
+    FolderError
+        No run there, or a checkpoint of another scene.
+    loader.SceneError
+        A run.toml that was edited into something wrong.
+    """
+    if not (folder / "run.toml").exists():
+        raise FolderError(f"{folder} holds no run.toml; start a run there: airfold run SCENE --out")
+    scene = loader.read(folder / "run.toml")
+    snapshot, file = None, folder / "checkpoint.npz"
+    if file.exists():
+        try:
+            snapshot = load(file, scene_hash(scene))
+        except CheckpointError as error:
+            raise FolderError(f"{folder}: {error}") from error
+    remove_parts(folder)
+    return _run(scene, folder, console, snapshot, tolerances)
+
+
+def draw(folder: Path) -> Path:
+    """Draw overview.png of a run folder.
+
+    Raises
+    ------
+    FolderError
+        Nothing to draw there.
+    """
+    if not (folder / "history.csv").exists():
+        raise FolderError(f"{folder} holds no history.csv; is it a run folder?")
+    try:
+        return overview(folder)
+    except NoPicture as error:
+        raise FolderError(str(error)) from error
+
+
+@dataclass
+class _Recorders:
+    """The recorders of a folder, in the order in which they must write."""
+
+    history: History
+    iterations: Iterations
+    record: RunRecord
+    checkpoint: Checkpoint
+    progress: Progress
+    fields: Fields | None = field(default=None)
+
+    @classmethod
+    def of(
+        cls, scene: Scene, folder: Path, console: Console, tolerances: Mapping[str, Any] | None
+    ) -> _Recorders:
+        return cls(
+            History(folder / "history.csv", scene.physical),
+            Iterations(folder),
+            RunRecord(folder / "run.json", scene, tolerances),
+            Checkpoint(folder / "checkpoint.npz", scene),
+            Progress(console, scene.time.end),
+        )
+
+    def in_order(self) -> list[Recorder]:
+        """The checkpoint last of the files it must not run ahead of."""
+        files = [self.history, self.iterations, self.fields, self.checkpoint, self.record]
+        return [recorder for recorder in [*files, self.progress] if recorder is not None]
+
+    def cut_back(self, step: int) -> None:
+        for recorder in (self.history, self.iterations, self.fields):
+            if recorder is not None:
+                recorder.cut_back(step)
+
+
+def _run(
+    scene: Scene,
+    folder: Path,
+    console: Console,
+    snapshot: Snapshot | None = None,
+    tolerances: Mapping[str, Any] | None = None,
+) -> Finished:
+    resuming = (folder / "history.csv").exists()
+    recorders = _Recorders.of(scene, folder, console, tolerances)
+    record = recorders.record
+    try:
+        record.write()
+        with record.phase("build"):
+            from . import build
+
+            recorders.fields = _fields(scene, folder, build)
+            if resuming:
+                recorders.cut_back(snapshot.step if snapshot else -1)
+            if snapshot is not None and resuming:
+                start_volume = read_history(folder / "history.csv")["volume"][:1]
+                recorders.progress.volume = float(start_volume[0]) if start_volume.size else None
+            simulation = build.simulation(scene, recorders.in_order())
+        with record.phase("run"):
+            outcome = simulation.run(snapshot)
+        return Finished(outcome, _picture(scene, folder, record))
+    except KeyboardInterrupt:
+        record.broken_off("interrupted")
+        return Finished(None)
+    except Exception as error:
+        record.broken_off(f"failed: {type(error).__name__}: {error}")
+        raise
+    finally:
+        recorders.progress.stop()
+
+
+def _fields(scene: Scene, folder: Path, build: Any) -> Fields | None:
+    o = scene.output
+    if not o.fields_every:
+        return None
+    return Fields(
+        folder / "fields.pvd",
+        build.fields(scene),
+        every=o.fields_every,
+        tessellate=o.tessellate,
+        traction=scene.fluid.model != "pressure",
+    )
+
+
+def _picture(scene: Scene, folder: Path, record: RunRecord) -> Path | None:
+    """overview.png; a picture that fails must not lose a run that succeeded."""
+    path = None
+    if not (scene.output.picture and scene.output.fields_every):
+        record.skip("overview.png: switched off by output.picture or output.fields_every")
+    else:
+        try:
+            with record.phase("picture"):
+                path = overview(folder)
+        except Exception as error:
+            record.skip(f"overview.png: {type(error).__name__}: {error}")
+    record.write()
+    return path

@@ -1,0 +1,1 @@
+"""Shipped scenes, one TOML file each; `cases.loader` finds them here."""

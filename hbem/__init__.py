@@ -1,0 +1,30 @@
+"""hbem: boundary integral operators of Stokes flow on polynomial surface patches.
+
+Names load on first use, so that importing the package costs nothing.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "BezierPatches": "patches",
+    "SurfacePatches": "patches",
+    "union": "patches",
+    "QuadratureOrders": "quadrature",
+    "SampledSurface": "sampling",
+    "sample": "sampling",
+    "SingleLayer": "single_layer",
+    "single_layer": "single_layer",
+    "DenseSaddle": "krylov",
+    "IterativeSaddle": "krylov",
+    "KrylovResult": "krylov",
+    "EnclosedStokes": "enclosed_flow",
+    "Traction": "enclosed_flow",
+}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'hbem' has no attribute {name!r}")
+    return getattr(import_module(f"hbem.{_HOME[name]}"), name)

@@ -1,0 +1,129 @@
+"""Compiled dense assembly of the single layer from plain point kernels and near moments.
+
+``A = B^T W (G W B + C_near)``: one target element at a time, targets contiguous, so that every
+inner loop is a plain vector operation; then test functions, one density function at a time.
+Each target element and each function writes its own rows: results do not depend on threads.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+EIGHT_PI = 8.0 * np.pi
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def target_kernels(targets, y, weight, tiny, kernel):
+    """Six weighted kernel components ``(6, n_t)`` between targets ``(3, n_t)`` and one source."""
+    for t in range(targets.shape[1]):
+        r0, r1, r2 = targets[0, t] - y[0], targets[1, t] - y[1], targets[2, t] - y[2]
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        inverse = 1.0 / np.sqrt(max(square, tiny))
+        one = weight * inverse * (1.0 / EIGHT_PI)
+        one = one if square > tiny else 0.0
+        three = one * inverse * inverse
+        kernel[0, t] = one + three * r0 * r0
+        kernel[1, t] = three * r0 * r1
+        kernel[2, t] = three * r0 * r2
+        kernel[3, t] = one + three * r1 * r1
+        kernel[4, t] = three * r1 * r2
+        kernel[5, t] = one + three * r2 * r2
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def add_pair(table, moments, line, nt, t):
+    """Add one function's moments to target t; six sums side by side hide the latency."""
+    a0, a1, a2, a3, a4, a5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for b in range(table.size):
+        v = table[b]
+        a0 += v * moments[b, 0]
+        a1 += v * moments[b, 1]
+        a2 += v * moments[b, 2]
+        a3 += v * moments[b, 3]
+        a4 += v * moments[b, 4]
+        a5 += v * moments[b, 5]
+    line[t] += a0
+    line[nt + t] += a1
+    line[2 * nt + t] += a2
+    line[3 * nt + t] += a3
+    line[4 * nt + t] += a4
+    line[5 * nt + t] += a5
+
+
+@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+def source_columns(
+    targets, sources, weights, values, table_indptr, dofs, extraction, pairs, elements, moments,
+    tiny, columns,
+):  # fmt: skip
+    """Potentials of every density function at the points of some target elements.
+
+    Parameters
+    ----------
+    targets : (n_targets, 3, n_t) array
+    sources, weights : (n_elements, n_q, 3), (n_elements, n_q) array
+    values : (n_rows, n_q) array
+        Density functions at the source points, by table row.
+    pairs, elements, moments :
+        Near pairs by target point: index pointer, source element, ``(nb, 6)`` corrections.
+    columns : (n_targets, n_dofs, 6 * n_t) array
+        Result, overwritten.
+    """
+    nt, nq = targets.shape[2], sources.shape[1]
+    for e in prange(targets.shape[0]):
+        kernel = np.empty((nq, 6, nt))
+        flat = kernel.reshape(nq, 6 * nt)
+        out = columns[e]
+        out[:] = 0.0
+        for f in range(sources.shape[0]):
+            for q in range(nq):
+                target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
+            for row in range(table_indptr[f], table_indptr[f + 1]):
+                line = out[dofs[row]]
+                for q in range(nq):
+                    v, k = values[row, q], flat[q]
+                    for c in range(k.size):
+                        line[c] += v * k[c]
+        for t in range(nt):
+            for k in range(pairs[e * nt + t], pairs[e * nt + t + 1]):
+                f = elements[k]
+                for row in range(table_indptr[f], table_indptr[f + 1]):
+                    add_pair(extraction[row], moments[k], out[dofs[row]], nt, t)
+
+
+@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+def test_rows(columns, weights, values, table_indptr, dofs, first, matrix):
+    """Add ``sum_t w_t N_a(x_t) columns`` of some target elements to the matrix.
+
+    Parameters
+    ----------
+    columns : (n_targets, n_dofs, 6 * n_t) array
+    weights : (n_elements, n_t) array
+    values : (n_rows, n_t) array
+        Density functions at the outer points, by table row.
+    first : int
+        Element number of the first target element.
+    matrix : (n_dofs, n_dofs, 6) array
+        Source function, test function, component.
+    """
+    nt = weights.shape[1]
+    for b in prange(matrix.shape[0]):
+        for e in range(columns.shape[0]):
+            line = columns[e, b]
+            for row in range(table_indptr[first + e], table_indptr[first + e + 1]):
+                a = dofs[row]
+                a0, a1, a2, a3, a4, a5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for t in range(nt):
+                    v = values[row, t] * weights[first + e, t]
+                    a0 += v * line[t]
+                    a1 += v * line[nt + t]
+                    a2 += v * line[2 * nt + t]
+                    a3 += v * line[3 * nt + t]
+                    a4 += v * line[4 * nt + t]
+                    a5 += v * line[5 * nt + t]
+                matrix[b, a, 0] += a0
+                matrix[b, a, 1] += a1
+                matrix[b, a, 2] += a2
+                matrix[b, a, 3] += a3
+                matrix[b, a, 4] += a4
+                matrix[b, a, 5] += a5

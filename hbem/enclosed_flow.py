@@ -1,0 +1,249 @@
+"""Stokes flow inside and outside a membrane that is inflated through an inflow patch.
+
+Equal viscosities: ``V tau = u`` on the closed surface, ``<tau, n> = 0`` [T 3.10a]. On the patch
+the data are ``u = -(phi(v) / int X) X n`` with the discrete flux ``phi(v)`` of the membrane
+velocity, so the total discrete flux vanishes and everything is linear in v:
+``load = R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v``, m = varpi / Re.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+from scipy.sparse.linalg import LinearOperator
+
+from .krylov import DENSE_LIMIT, DenseSaddle, IterativeSaddle, SaddleSolution, saddle
+from .patches import SurfacePatches
+from .quadrature import QuadratureOrders
+from .sampling import SampledSurface, geometry_matrix
+from .single_layer import SingleLayer, single_layer
+
+Profile = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Fluid traction jump on one geometry.
+
+    Attributes
+    ----------
+    coefficients : (n_dofs, 3) array
+        Coefficients in the density space, per unit ``1/Re``.
+    zeta : float
+        Multiplier of ``<tau, n> = 0``.
+    flux_ratio : float
+        Influx over the membrane's flux before scaling; 1, the influx follows the velocity.
+    iterations : int
+        Krylov iterations, 0 for a direct solve.
+    residual : float
+        True relative residual of the linear system.
+    """
+
+    coefficients: np.ndarray
+    zeta: float
+    flux_ratio: float = 1.0
+    iterations: int = 0
+    residual: float = 0.0
+
+
+@dataclass(frozen=True)
+class EnclosedStokes:
+    """Stokes flow in and around a bag.
+
+    Parameters
+    ----------
+    patches : SurfacePatches
+        Membrane and inflow patch, closed together, normals outward.
+    inflow : (n_elements,) bool array
+        Elements of the inflow patch.
+    profile : callable
+        Inflow profile X on points ``(n, 3)``: ``(n,)``; the flow enters along the inward normal.
+    mass_ratio : float
+        ``m = varpi / Re``.
+    viscosity_ratio : float
+        Exterior over interior viscosity; only 1 is supported.
+    orders : QuadratureOrders
+    dense_limit : int
+        Unknowns up to which the system is solved by LU.
+    tolerance : float
+        Relative residual of GMRES.
+    max_iterations : int
+
+    Raises
+    ------
+    ValueError
+        A viscosity ratio other than 1, a mass ratio that is not positive, or an inflow array
+        that does not fit or leaves no membrane or no patch.
+    """
+
+    patches: SurfacePatches
+    inflow: np.ndarray
+    profile: Profile
+    mass_ratio: float
+    viscosity_ratio: float = 1.0
+    orders: QuadratureOrders = field(default_factory=QuadratureOrders)
+    dense_limit: int = DENSE_LIMIT
+    tolerance: float = 1e-8
+    max_iterations: int = 400
+
+    def __post_init__(self) -> None:
+        inflow = np.asarray(self.inflow, dtype=bool)
+        object.__setattr__(self, "inflow", inflow)
+        if self.viscosity_ratio != 1.0:
+            raise ValueError(
+                f"viscosity_ratio = {self.viscosity_ratio}: only equal viscosities (1.0) are "
+                "supported; other ratios need the double layer"
+            )
+        if not self.mass_ratio > 0.0:
+            raise ValueError(f"mass_ratio must be positive, got {self.mass_ratio}")
+        if inflow.shape != (self.patches.n_elements,):
+            raise ValueError(
+                f"inflow must mark {self.patches.n_elements} elements, got shape {inflow.shape}"
+            )
+        if inflow.all() or not inflow.any():
+            raise ValueError("inflow must mark some elements, but not all")
+
+    def assemble(self, coefficients: np.ndarray) -> EnclosedOperator:
+        """The flow on one configuration ``(n_coefficients, 3)``."""
+        return EnclosedOperator(self, single_layer(self.patches, coefficients, self.orders))
+
+
+@dataclass(frozen=True)
+class EnclosedOperator:
+    """The flow on one frozen configuration; see `EnclosedStokes`.
+
+    Attributes
+    ----------
+    model : EnclosedStokes
+    layer : SingleLayer
+    """
+
+    model: EnclosedStokes
+    layer: SingleLayer
+
+    @property
+    def surface(self) -> SampledSurface:
+        return self.layer.surface
+
+    @cached_property
+    def system(self) -> DenseSaddle | IterativeSaddle:
+        m = self.model
+        return saddle(
+            self.layer,
+            self.surface.constraint,
+            self.surface.mass,
+            dense_limit=m.dense_limit,
+            tolerance=m.tolerance,
+            max_iterations=m.max_iterations,
+        )
+
+    @cached_property
+    def _on_patch(self) -> np.ndarray:
+        return np.repeat(self.model.inflow, self.surface.outer.per_element)
+
+    @cached_property
+    def evaluation(self) -> csr_matrix:
+        """Psi: coefficients to values at outer points, zero on the inflow patch."""
+        full = geometry_matrix(self.model.patches, self.surface.outer)
+        return (diags(1.0 - self._on_patch) @ full).tocsr()
+
+    @cached_property
+    def coupling(self) -> csr_matrix:
+        """``B^T W Psi``: coefficients to tested values, scalar ``(n_dofs, n_coefficients)``."""
+        outer = self.surface.outer
+        return (self.surface.basis.T @ diags(outer.weights) @ self.evaluation).tocsr()
+
+    @cached_property
+    def flux_form(self) -> np.ndarray:
+        """The flux as a linear form of the velocity, ``(n_coefficients, 3)``."""
+        outer = self.surface.outer
+        return self.evaluation.T @ (outer.weights[:, None] * outer.normals)
+
+    @cached_property
+    def _unit_influx(self) -> np.ndarray:
+        """Data on the patch for unit influx, at the outer points ``(n_points, 3)``."""
+        outer, inside = self.surface.outer, self._on_patch
+        values = np.zeros_like(outer.points)
+        profile = np.asarray(self.model.profile(outer.points[inside]), dtype=float)
+        total = outer.weights[inside] @ profile
+        if not total > 0.0:
+            raise ValueError(f"the inflow profile integrates to {total:.3g}, expected > 0")
+        values[inside] = -profile[:, None] * outer.normals[inside] / total
+        return values
+
+    @cached_property
+    def _influx_data(self) -> np.ndarray:
+        return self.surface.project(self._unit_influx)
+
+    def flux(self, velocity: np.ndarray) -> float:
+        """Discrete flux of ``velocity (n_coefficients, 3)`` out through the membrane."""
+        return float(np.sum(self.flux_form * velocity))
+
+    def boundary_velocity(self, velocity: np.ndarray) -> np.ndarray:
+        """Dirichlet data at the outer points, ``(n_points, 3)``."""
+        return self.evaluation @ velocity + self.flux(velocity) * self._unit_influx
+
+    def traction(self, velocity: np.ndarray) -> Traction:
+        """Traction jump for membrane velocity ``(n_coefficients, 3)``.
+
+        Raises
+        ------
+        ValueError
+            A velocity of the wrong shape.
+        """
+        expected = (self.model.patches.n_coefficients, 3)
+        if np.shape(velocity) != expected:
+            raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
+        data = self.coupling @ velocity + self.flux(velocity) * self._influx_data
+        solved: SaddleSolution = self.system.solve(data.ravel())
+        return Traction(
+            solved.solution.reshape(-1, 3),
+            float(solved.zeta),
+            iterations=solved.iterations,
+            residual=solved.residual,
+        )
+
+    def load(self, traction: Traction) -> np.ndarray:
+        """Force ``-m <tau, rho>`` on the membrane, ``(n_coefficients, 3)``."""
+        return -self.model.mass_ratio * (self.coupling.T @ traction.coefficients)
+
+    def response(self) -> Response:
+        """Velocity to load, ``3 n_coefficients`` square."""
+        return Response(self)
+
+
+class Response(LinearOperator):
+    """The linear map ``load = R v`` on interleaved coefficients ``3 a + i``."""
+
+    def __init__(self, operator: EnclosedOperator):
+        n = 3 * operator.model.patches.n_coefficients
+        super().__init__(dtype=np.dtype(float), shape=(n, n))
+        self._operator = operator
+
+    def _matvec(self, x: np.ndarray) -> np.ndarray:
+        traction = self._operator.traction(np.asarray(x).reshape(-1, 3))
+        return self._operator.load(traction).ravel()
+
+    def dense(self) -> np.ndarray:
+        """R as an array: one factorisation, one right-hand side a membrane velocity dof."""
+        op = self._operator
+        matrix = np.zeros(self.shape)
+        moving = np.flatnonzero(np.diff(op.coupling.tocsc().indptr))
+        columns = (3 * moving[:, None] + np.arange(3)).ravel()
+        coupling = op.coupling[:, moving].toarray()
+        data = np.einsum("ab,ik->aibk", coupling, np.eye(3)).reshape(-1, columns.size)
+        influx = np.outer(op._influx_data.ravel(), op.flux_form[moving].ravel())
+        tractions = self._solve(data + influx).reshape(coupling.shape[0], -1)
+        load = -op.model.mass_ratio * (coupling.T @ tractions)
+        matrix[np.ix_(columns, columns)] = load.reshape(columns.size, columns.size)
+        return matrix
+
+    def _solve(self, rhs: np.ndarray) -> np.ndarray:
+        system = self._operator.system
+        if isinstance(system, DenseSaddle):
+            return system.solve(rhs).solution
+        return np.stack([system.solve(column).solution for column in rhs.T], axis=1)

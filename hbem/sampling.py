@@ -1,0 +1,174 @@
+"""A surface at its quadrature points: geometry and density functions, ready for the kernels.
+
+Everything that depends on the configuration alone and not on a kernel: points, weights
+``w |x_s x x_t|``, normals, the evaluation matrix B, the mass matrix ``B^T W B`` and the
+constraint ``c_a = int N_a n``. Both sides of an equation must use the same outer points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from .patches import SurfacePatches, tensor_bernstein, tensor_bernstein_gradient
+from .quadrature import QuadratureOrders, gauss_square
+
+COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
+
+
+@dataclass(frozen=True)
+class PointSet:
+    """Tensor Gauss points of every element, ``per_element`` each.
+
+    Attributes
+    ----------
+    s, t : (per_element,) array
+        Local coordinates.
+    points, normals : (n, 3) array
+        Positions and outward unit normals.
+    weights : (n,) array
+        Quadrature weights including the surface element.
+    """
+
+    s: np.ndarray
+    t: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def per_element(self) -> int:
+        return self.s.size
+
+
+@dataclass(frozen=True)
+class SampledSurface:
+    """One configuration of a surface, sampled.
+
+    Attributes
+    ----------
+    patches : SurfacePatches
+    control : (n_elements, geometry_degree + 1, geometry_degree + 1, 3) array
+        Bezier control points.
+    outer, source : PointSet
+        Outer (test) points and plain source points; often the same object.
+    centres : (n_elements, 3) array
+    radii : (n_elements,) array
+        Balls around the elements. Centres are means of the element's own points, so that they
+        rotate with it: an axis-aligned box would break the symmetry of a scene.
+    collapsed : (n_elements,) bool array
+        Elements with an edge contracted to a point.
+    """
+
+    patches: SurfacePatches
+    control: np.ndarray
+    outer: PointSet
+    source: PointSet
+    centres: np.ndarray
+    radii: np.ndarray
+    collapsed: np.ndarray
+
+    @cached_property
+    def basis(self) -> csr_matrix:
+        """B: density functions at the outer points, ``(n_points, n_dofs)``."""
+        return density_matrix(self.patches, self.outer)
+
+    @cached_property
+    def mass(self) -> csr_matrix:
+        """Scalar mass matrix ``B^T W B``."""
+        return (self.basis.T @ diags(self.outer.weights) @ self.basis).tocsr()
+
+    @cached_property
+    def constraint(self) -> np.ndarray:
+        """``c_a = int N_a n``, ``(n_dofs, 3)``."""
+        return self.project(self.outer.normals)
+
+    def project(self, values: np.ndarray) -> np.ndarray:
+        """Integrals ``int N_a f`` of point values ``(n_points, k)``: ``(n_dofs, k)``."""
+        return self.basis.T @ (self.outer.weights[:, None] * values)
+
+
+def sample(
+    patches: SurfacePatches, coefficients: np.ndarray, orders: QuadratureOrders
+) -> SampledSurface:
+    """Sample the configuration ``coefficients (n_coefficients, 3)``.
+
+    Raises
+    ------
+    ValueError
+        Triangular patches (not supported yet), a wrong shape or values that are not finite.
+    """
+    control = control_points(patches, coefficients)
+    outer = point_set(control, orders.outer)
+    source = outer if orders.source == orders.outer else point_set(control, orders.source)
+    centres, radii = _balls(control, outer)
+    edges = np.stack([control[:, 0], control[:, -1], control[:, :, 0], control[:, :, -1]], axis=1)
+    lengths = np.linalg.norm(np.diff(edges, axis=2), axis=-1).sum(axis=-1)
+    collapsed = lengths.min(axis=1) < COLLAPSED * radii
+    return SampledSurface(patches, control, outer, source, centres, radii, collapsed)
+
+
+def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
+    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration."""
+    coefficients = np.asarray(coefficients, dtype=float)
+    if patches.shape != "quadrilateral":
+        raise ValueError(f"only quadrilateral patches are supported, got {patches.shape!r}")
+    if coefficients.shape != (patches.n_coefficients, 3):
+        raise ValueError(
+            f"expected coefficients ({patches.n_coefficients}, 3), got {coefficients.shape}"
+        )
+    if not np.all(np.isfinite(coefficients)):
+        raise ValueError("coefficients are not finite")
+    n = patches.geometry_degree + 1
+    return np.ascontiguousarray((patches.bezier @ coefficients).reshape(-1, n, n, 3))
+
+
+def point_set(control: np.ndarray, order: int) -> PointSet:
+    """Tensor Gauss points of all elements."""
+    s, t, w = gauss_square(order)
+    degree = control.shape[1] - 1
+    flat = control.reshape(control.shape[0], -1, 3)
+    along_s, along_t = tensor_bernstein_gradient(degree, s, t)
+    normal = np.cross(along_s @ flat, along_t @ flat)
+    area = np.linalg.norm(normal, axis=-1)
+    return PointSet(
+        s,
+        t,
+        (tensor_bernstein(degree, s, t) @ flat).reshape(-1, 3),
+        (normal / area[..., None]).reshape(-1, 3),
+        (w * area).ravel(),
+    )
+
+
+def density_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
+    """Density functions at tensor points, sparse ``(n, n_dofs)``."""
+    local = patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T
+    element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
+    rows = element[:, None] * points.per_element + np.arange(points.per_element)
+    cols = np.broadcast_to(patches.dofs[:, None], rows.shape)
+    shape = (patches.n_elements * points.per_element, patches.n_dofs)
+    return coo_matrix((local.ravel(), (rows.ravel(), cols.ravel())), shape).tocsr()
+
+
+def geometry_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
+    """Coefficients to values at tensor points, sparse ``(n, n_coefficients)``."""
+    values = tensor_bernstein(patches.geometry_degree, points.s, points.t)
+    q, nb = values.shape
+    e = np.arange(patches.n_elements)[:, None, None]
+    rows = np.broadcast_to(e * q + np.arange(q)[:, None], (e.size, q, nb))
+    cols = np.broadcast_to(e * nb + np.arange(nb), (e.size, q, nb))
+    data = np.broadcast_to(values, (e.size, q, nb))
+    local = coo_matrix((data.ravel(), (rows.ravel(), cols.ravel())), (e.size * q, e.size * nb))
+    return (local.tocsr() @ patches.bezier).tocsr()
+
+
+def _balls(control: np.ndarray, outer: PointSet) -> tuple[np.ndarray, np.ndarray]:
+    degree = control.shape[1] - 1
+    flat = control.reshape(control.shape[0], -1, 3)
+    centres = outer.points.reshape(control.shape[0], -1, 3).mean(axis=1)
+    s, t = (g.ravel() for g in np.meshgrid(*[np.linspace(0.0, 1.0, 5)] * 2, indexing="ij"))
+    grid = tensor_bernstein(degree, s, t) @ flat
+    return centres, np.linalg.norm(grid - centres[:, None], axis=-1).max(axis=1)

@@ -1,0 +1,170 @@
+"""Scenes: strictness, messages, overrides, round trip, physical units."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from cases import cli, loader
+from cases.config import GEOMETRIES, Scene
+
+PHYSICAL = """
+[physical]
+length = 0.3
+thickness = 3e-4
+young_modulus = 2.5e8
+areal_density = 0.25
+viscosity = 1.8e-2
+poisson_ratio = 0.3
+"""
+
+
+def _file(tmp_path, text):
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def _errors(tmp_path, text, *overrides):
+    with pytest.raises(loader.SceneError) as caught:
+        loader.read(_file(tmp_path, text), overrides)
+    return caught.value.errors
+
+
+def test_shipped_scenes_load_and_are_the_agreed_ones():
+    assert list(loader.shipped()) == ["pancake", "pancake-20", "pancake-pressure"]
+    scenes = {name: loader.read(name) for name in loader.shipped()}
+    assert {name: scene.name for name, scene in scenes.items()} == {n: n for n in scenes}
+    assert scenes["pancake"].fluid.mass_ratio == 0.005
+    wide = scenes["pancake-20"]
+    assert (wide.geometry.half_width, wide.mesh.flat_max, wide.mesh.pole) == (20.0, 5.0, 3.0)
+    assert (wide.inflow.t1, wide.inflow.t2, wide.time.end, wide.time.dt) == (400, 800, 1600, 16)
+    assert scenes["pancake-pressure"].fluid.model == "pressure"
+
+
+def test_unknown_key_names_its_path_and_the_nearest(tmp_path):
+    (error,) = _errors(tmp_path, "[structure]\nflexural_rigidty = 1.0\n")
+    assert error == "structure.flexural_rigidty: unknown key, did you mean 'flexural_rigidity'?"
+
+
+def test_all_problems_at_once(tmp_path):
+    text = """
+    description = 3
+    [structure]
+    flexural_rigidity = -1e-2
+    stiffness = true
+    poisson_ratio = nan
+    [fluid]
+    polar = [8, 1.5]
+    outer_points = 7
+    [time]
+    dt = "long"
+    [geometry]
+    half_width = 2
+    [inflw]
+    """
+    errors = _errors(tmp_path, text)
+    paths = {error.split(":")[0] for error in errors}
+    assert paths == {
+        "description",
+        "structure.flexural_rigidity",
+        "structure.stiffness",
+        "structure.poisson_ratio",
+        "fluid.polar[1]",
+        "fluid.outer_points",
+        "time.dt",
+        "geometry.half_width",
+        "inflw",
+    }
+    assert len(errors) == len(paths)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "[structure]\nflexural_rigidity = -1.0",
+            "structure.flexural_rigidity: -1.0 must be above",
+        ),
+        ("[mesh]\ndisc = 0", "mesh.disc: 0 must be at least 1"),
+        ('[geometry]\nkind = "sphere"', "the inflow would lie on no element"),
+        ('[mesh]\ndegree = 2\njoints = "double"', "mesh.joints: 'double' knots on degree 2"),
+        ("[inflow]\nt1 = 5\nt2 = 4", "inflow.t2: 4 lies before the end of the ramp"),
+        ("[time]\ndt = 8\nend = 4", "time.end: 4 is less than one step"),
+        ("[fluid]\nviscosity_ratio = 2", "needs the double layer"),
+        ("[output]\npicture = 1", "output.picture: must be true or false, not 1"),
+        ("[time]\ndt = true", "time.dt: must be a number, not true"),
+        ("[time]\ndt = inf", "time.dt: must be finite"),
+        ("[mesh]\naround = 8.0", "mesh.around: must be a whole number, not 8.0"),
+        ("time = 3", "time: must be a section [time], not 3"),
+        ("[time]\ndt = x\n", "unreadable TOML: Invalid value (at line 2"),
+    ],
+)
+def test_bad_scene_ends_the_console_with_2(tmp_path, capsys, text, message):
+    assert cli.main(["run", str(_file(tmp_path, text)), "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_missing_scene_suggests_one():
+    with pytest.raises(loader.SceneError, match="did you mean 'pancake'"):
+        loader.read("pancak")
+    with pytest.raises(loader.SceneError, match="cannot be read"):
+        loader.read("nowhere/scene.toml")
+
+
+def test_overrides_are_toml_values_or_bare_strings():
+    scene = loader.read(
+        "pancake",
+        ["time.dt=4", "coupling.scheme=aitken", "fluid.polar=[6, 7]", "output.picture=false"],
+    )
+    assert scene.time.dt == 4.0
+    assert isinstance(scene.time.dt, float)
+    assert scene.coupling.scheme == "aitken"
+    assert scene.fluid.polar == (6, 7)
+    assert scene.output.picture is False
+
+
+def test_bad_overrides_are_all_reported():
+    with pytest.raises(loader.SceneError) as caught:
+        loader.read("pancake", ["time.dt", "time.dd=3", "name.x=1", "fluid.model=stoke"])
+    text = str(caught.value)
+    for part in (
+        "--set time.dt: expected",
+        "time.dd: unknown",
+        "name: must be a string, not a section",
+        "'stoke' is none",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize("name", ["pancake", "pancake-20", "pancake-pressure"])
+def test_round_trip_is_exact(tmp_path, name):
+    scene = loader.read(name, ["time.dt=0.1", 'description="a \\"b\\" \\\\ é\\n"'])
+    assert loader.read(_file(tmp_path, loader.write(scene))) == scene
+
+
+def test_physical_table_determines_the_groups(tmp_path):
+    scene = loader.read(_file(tmp_path, PHYSICAL))
+    stiffness = 2.5e8 * 3e-4 / (1 - 0.3**2)
+    time_unit = 0.3 * math.sqrt(0.25 / stiffness)
+    pressure_unit = stiffness / 0.3
+    assert scene.physical.time_unit == pytest.approx(time_unit, rel=1e-14)
+    assert scene.physical.pressure_unit == pytest.approx(pressure_unit, rel=1e-14)
+    assert scene.structure.flexural_rigidity == pytest.approx(1e-6 / 12, rel=1e-14)
+    assert scene.structure.poisson_ratio == 0.3
+    assert scene.fluid.mass_ratio == pytest.approx(1.8e-2 / (pressure_unit * time_unit), rel=1e-14)
+    assert loader.read(_file(tmp_path, loader.write(scene))) == scene
+
+
+def test_physical_and_dimensionless_values_exclude_each_other(tmp_path):
+    errors = _errors(tmp_path, PHYSICAL + "[fluid]\nmass_ratio = 0.1\n")
+    assert errors == ["fluid.mass_ratio: follows from physical.viscosity; give one of the two"]
+    errors = _errors(tmp_path, "[physical]\nlength = 1.0\n")
+    assert "physical.thickness: is needed in [physical]" in errors
+
+
+def test_defaults_are_valid():
+    assert loader.read("pancake").mesh == Scene("x").mesh
+    assert GEOMETRIES[Scene("x").geometry.kind]
