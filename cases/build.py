@@ -27,7 +27,7 @@ from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
-from .geometry import bag
+from .geometry import initial_bag
 from .geometry.bag import Bag
 from .inflow import prescribed_volume
 from .preflight import contraction
@@ -178,12 +178,12 @@ class Sampler:
 
 def fields(scene: Scene) -> Sampler:
     """Sampler of a scene's configurations."""
-    return Sampler(bag(scene))
+    return Sampler(initial_bag(scene))
 
 
 def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     """Everything a run needs, from one scene."""
-    body = bag(scene)
+    body = initial_bag(scene)
     shell = structure(scene, body)
     sampler = Sampler(body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))

@@ -12,7 +12,7 @@ import numpy as np
 from coupling.stability import contraction_forecast
 
 from .config import Scene
-from .geometry import bag as make_bag
+from .geometry import initial_bag
 from .geometry.bag import Bag
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -42,7 +42,7 @@ class Forecast:
 
 def contraction(scene: Scene, body: Bag | None = None) -> float:
     """Contraction rho of plain subiterations at the scene's time step, before any work."""
-    body = make_bag(scene) if body is None else body
+    body = initial_bag(scene) if body is None else body
     return contraction_forecast(
         scene.fluid.mass_ratio,
         scene.time.dt,
@@ -54,7 +54,7 @@ def contraction(scene: Scene, body: Bag | None = None) -> float:
 
 def forecast(scene: Scene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
-    body = make_bag(scene)
+    body = initial_bag(scene)
     items, warnings = _sizes(scene, body), _structure_warnings(scene, body)
     if scene.fluid.model == "pressure":
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 6
+FACING = -0.9  # cosine between facing normals: walls of a fold tip do not count
 
 
 def minimum_gap(points: np.ndarray, normals: np.ndarray, scale: float) -> float:
@@ -33,7 +34,7 @@ def minimum_gap(points: np.ndarray, normals: np.ndarray, scale: float) -> float:
     k = min(NEIGHBOURS, points.shape[0])
     _, index = tree.query(np.hstack([points, -weight * normals]), k=k)
     index = index.reshape(points.shape[0], -1)
-    facing = np.einsum("ic,ijc->ij", normals, normals[index]) < -0.5
+    facing = np.einsum("ic,ijc->ij", normals, normals[index]) < FACING
     offset = points[index] - points[:, None]
     mean = normals[:, None] - normals[index]
     length = np.linalg.norm(mean, axis=-1)

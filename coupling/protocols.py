@@ -45,8 +45,10 @@ class Traction:
         Coefficients of the traction (per unit ``1/Re``) in the fluid's density space.
     zeta : float
         Multiplier of ``<tau, n> = 0``: quadrature plus Krylov error, a health indicator.
-    flux_ratio : float
-        Influx through the patch over the membrane's flux, before scaling (1 + O(dt)).
+    flux : float
+        Discrete flux of the membrane velocity, which the influx follows.
+    velocity_max : float
+        Largest velocity on the boundary, inflow included.
     iterations : int
         Krylov iterations (0 for a direct solve).
     residual : float
@@ -55,7 +57,8 @@ class Traction:
 
     coefficients: np.ndarray
     zeta: float
-    flux_ratio: float = 1.0
+    flux: float = 0.0
+    velocity_max: float = 0.0
     iterations: int = 0
     residual: float = 0.0
 

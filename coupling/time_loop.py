@@ -203,14 +203,15 @@ class _Loop:
         self.sums["pressure_work"] += budget["pressure_work"]
         self.sums["fluid_work"] += budget["load_work"]
         self.sums["dissipation"] += budget["dissipation"]
-        row = self._row(attempt, dt)
+        growth = self.sim.volume(self.state.t) - self.sim.volume(before.t)
+        row = self._row(attempt, dt, growth)
         self.pending = _Counts()
         self.dt = min(control.dt, max(self.dt, dt * control.growth))
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, attempt.traction))
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
 
-    def _row(self, attempt: Attempt | None, dt: float) -> dict[str, float]:
+    def _row(self, attempt: Attempt | None, dt: float, growth: float = 0.0) -> dict[str, float]:
         """History columns; the last one is the only one that differs between equal runs."""
         sim, state, sums = self.sim, self.state, self.sums
         energies = sim.structure.energies(state)
@@ -229,8 +230,8 @@ class _Loop:
             **{name: sums[name] for name in SUMS},
             "energy_defect": stored + sums["dissipation"] - work,
             "zeta": traction.zeta if traction else 0.0,
-            "flux_ratio": traction.flux_ratio if traction else 1.0,
-            "velocity_max": float(np.abs(state.velocity).max()),
+            "flux_ratio": growth / (dt * traction.flux) if traction and traction.flux else 1.0,
+            "velocity_max": traction.velocity_max if traction else _largest(state.velocity),
             **(sim.diagnostics(state) if sim.diagnostics else {}),
             "subiterations": attempt.iterations if attempt else 0,
             "assemblies": self.pending.assemblies,
@@ -239,3 +240,7 @@ class _Loop:
             "wall_time": time.perf_counter() - self.clock,
         }
         return row
+
+
+def _largest(velocity: np.ndarray) -> float:
+    return float(np.linalg.norm(velocity, axis=-1).max())

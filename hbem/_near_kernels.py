@@ -31,13 +31,14 @@ def classify(points, owners, indptr, elements, control, starts, st, radii, found
         x = points[p]
         for k in range(indptr[p], indptr[p + 1]):
             e = elements[k]
-            best, at = np.inf, 0
+            best, at = 1e300, 0
             for q in range(starts.shape[1]):
                 d0 = starts[e, q, 0] - x[0]
                 d1 = starts[e, q, 1] - x[1]
                 d2 = starts[e, q, 2] - x[2]
                 square = d0 * d0 + d1 * d1 + d2 * d2
-                if square < best:
+                # ties go to the first point even after rounding: rotated scenes stay equal
+                if square < (1.0 - 1e-9) * best:
                     best, at = square, q
             s, t = st[0, at], st[1, at]
             if owners[p] == e:

@@ -35,8 +35,10 @@ class Traction:
         Coefficients in the density space, per unit ``1/Re``.
     zeta : float
         Multiplier of ``<tau, n> = 0``.
-    flux_ratio : float
-        Influx over the membrane's flux before scaling; 1, the influx follows the velocity.
+    flux : float
+        Discrete flux of the membrane velocity, which the influx follows.
+    velocity_max : float
+        Largest velocity on the boundary, patch included.
     iterations : int
         Krylov iterations, 0 for a direct solve.
     residual : float
@@ -45,7 +47,8 @@ class Traction:
 
     coefficients: np.ndarray
     zeta: float
-    flux_ratio: float = 1.0
+    flux: float = 0.0
+    velocity_max: float = 0.0
     iterations: int = 0
     residual: float = 0.0
 
@@ -203,6 +206,8 @@ class EnclosedOperator:
         return Traction(
             solved.solution.reshape(-1, 3),
             float(solved.zeta),
+            self.flux(velocity),
+            float(np.linalg.norm(self.boundary_velocity(velocity), axis=1).max()),
             iterations=solved.iterations,
             residual=solved.residual,
         )

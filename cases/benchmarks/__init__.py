@@ -18,4 +18,8 @@ class Entry:
     summary: str
 
 
-BENCHMARKS: Mapping[str, Entry] = {}
+BENCHMARKS: Mapping[str, Entry] = {
+    "pancake": Entry(
+        "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
+    ),
+}

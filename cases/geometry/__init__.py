@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from .bag import Bag
 
 
-def bag(scene: Scene) -> Bag:
+def initial_bag(scene: Scene) -> Bag:
     """The fitted bag of a scene."""
     from .pancake import Pancake, pancake
 

@@ -8,14 +8,15 @@ into one (``"merged"``, continuous), or two rings from three functions (``"c1"``
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse.linalg import spsolve
 
-from hbem.patches import BezierPatches, bernstein
+from hbem.patches import BezierPatches, bernstein, tensor_bernstein
 
 DEGREE = 8
 FIT = 1e-9  # largest accepted geometry error, relative to the body
@@ -199,3 +200,21 @@ def torus(
     s, t = LineSplines(n_s, degree, True), LineSplines(n_t, degree, True)
     reduction = identity(s.n * t.n, format="csr")
     return _body(interpolate(shape, n_s, n_t), s, t, reduction)
+
+
+def fitted(body: BezierPatches, samples: int = 6) -> BezierPatches:
+    """The isogeometric version of a body: geometry fitted in its own density space."""
+    q = body.density_degree
+    nb = (q + 1) ** 2
+    x = chebyshev(samples - 1)
+    s, t = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    element = np.repeat(np.arange(body.n_elements), np.diff(body.indptr))
+    rows = element[:, None] * nb + np.arange(nb)
+    columns = np.repeat(body.dofs, nb)
+    shape = (body.n_elements * nb, body.n_dofs)
+    bezier = csr_matrix((body.extraction.ravel(), (rows.ravel(), columns)), shape=shape)
+    here = kron(identity(body.n_elements), tensor_bernstein(q, s, t), format="csr") @ bezier
+    there = kron(identity(body.n_elements), tensor_bernstein(DEGREE, s, t), format="csr")
+    target = here.T @ (there @ body.coefficients)
+    coefficients = spsolve((here.T @ here).tocsc(), target)
+    return replace(body, geometry_degree=q, bezier=bezier, coefficients=coefficients)

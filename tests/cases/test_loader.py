@@ -38,7 +38,7 @@ def test_shipped_scenes_load_and_are_the_agreed_ones():
     assert {name: scene.name for name, scene in scenes.items()} == {n: n for n in scenes}
     assert scenes["pancake"].fluid.mass_ratio == 0.005
     wide = scenes["pancake-20"]
-    assert (wide.geometry.half_width, wide.mesh.flat_max, wide.mesh.pole) == (20.0, 5.0, 3.0)
+    assert (wide.geometry.half_width, wide.mesh.flat_max, wide.mesh.pole) == (20.0, 4.0, 3.0)
     assert (wide.inflow.t1, wide.inflow.t2, wide.time.end, wide.time.dt) == (400, 800, 1600, 16)
     assert scenes["pancake-pressure"].fluid.model == "pressure"
 

@@ -1,0 +1,162 @@
+"""Step control: rejection as a whole, halving, growth, floor, checkpoints."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from coupling.attempt import Attempt
+from coupling.contact import minimum_gap
+from coupling.protocols import Result, State
+from coupling.stability import contraction_forecast
+from coupling.time_loop import Simulation, StepControl
+
+
+@dataclass(frozen=True)
+class Step:
+    state: State
+
+
+class Point:
+    """A structure that is one coefficient; its energy is its square."""
+
+    def energies(self, state):
+        return {"kinetic": 0.0, "membrane": float(np.sum(state.coefficients**2))}
+
+    def budget(self, start, end, load):
+        change = np.sum(end.coefficients**2) - np.sum(start.coefficients**2)
+        return {"pressure_work": float(change), "load_work": 0.0, "dissipation": 0.0}
+
+    def volume(self, coefficients):
+        return 1.0
+
+    def area(self, coefficients):
+        return 1.0
+
+
+@dataclass
+class Fussy:
+    """Accepts steps only up to ``largest(t)``; counts in its memory."""
+
+    largest: object
+    seen: list = field(default_factory=list)
+
+    def init(self):
+        return {"count": np.array(0)}
+
+    def reset(self, memory):
+        return memory
+
+    def attempt(self, problem, memory):
+        self.seen.append((problem.state.t, problem.dt))
+        if problem.dt > self.largest(problem.state.t):
+            return Attempt(Result.COUPLING, iterations=3, assemblies=3)
+        new = problem.state.coefficients + problem.dt
+        state = State(problem.state.t + problem.dt, new, np.ones_like(new))
+        return Attempt(None, Step(state), memory={"count": memory["count"] + 1}, iterations=1)
+
+
+@dataclass
+class Log:
+    accepted: list = field(default_factory=list)
+    rejected: list = field(default_factory=list)
+    snapshots: list = field(default_factory=list)
+    outcome: object = None
+
+    def on_start(self, step):
+        self.accepted.append(step)
+
+    def on_iteration(self, iteration): ...
+
+    def on_accepted(self, step):
+        self.accepted.append(step)
+
+    def on_rejected(self, rejection):
+        self.rejected.append(rejection)
+
+    def on_checkpoint(self, snapshot):
+        self.snapshots.append(snapshot)
+
+    def close(self, outcome):
+        self.outcome = outcome
+
+
+def simulation(largest, log, **control):
+    zero = np.zeros((1, 3))
+    options = {"dt": 4.0, "end": 40.0} | control
+    return Simulation(
+        Point(), None, Fussy(largest), lambda t: 1.0, State(0.0, zero, zero),
+        StepControl(**options), recorders=(log,), checkpoint_every=3,
+    )  # fmt: skip
+
+
+def test_equal_steps_when_nothing_fails():
+    log = Log()
+    outcome = simulation(lambda t: 10.0, log).run()
+    assert outcome.result is Result.COMPLETED
+    assert [s.row["dt"] for s in log.accepted[1:]] == [4.0] * 10
+    assert log.accepted[-1].state.t == 40.0
+
+
+def test_rejection_halves_and_acceptance_grows_back():
+    log = Log()
+    outcome = simulation(lambda t: 1.0 if 8.0 <= t < 10.0 else 10.0, log).run()
+    assert outcome.result is Result.COMPLETED
+    steps = [s.row["dt"] for s in log.accepted[1:]]
+    assert steps[:3] == [4.0, 4.0, 1.0]  # two halvings at t = 8
+    assert [r.dt for r in log.rejected][:2] == [4.0, 2.0]
+    assert max(steps) == 4.0  # grown back, never above the scene's
+    assert outcome.t == pytest.approx(40.0, abs=1e-12)
+    # assemblies of rejected tries belong to the step that was accepted in the end
+    assert log.accepted[3].row["assemblies"] == 6
+    # the state moved only through accepted steps
+    assert log.accepted[-1].state.coefficients == pytest.approx(40.0)
+
+
+def test_floor_ends_the_run_with_its_cause():
+    log = Log()
+    outcome = simulation(lambda t: 10.0 if t < 8.0 else 0.0, log, floor=0.1).run()
+    assert outcome.result is Result.STEP_FLOOR
+    assert outcome.t == 8.0
+    assert log.snapshots[-1].state.t == 8.0  # resumable from the last accepted step
+
+
+def test_resume_repeats_the_same_rows():
+    def largest(t):
+        return 1.0 if 8.0 <= t < 14.0 else 10.0
+
+    whole, first, second = Log(), Log(), Log()
+    simulation(largest, whole).run()
+    simulation(largest, first).run(steps=5)
+    snapshot = next(s for s in reversed(first.snapshots) if s.step == 3)
+    simulation(largest, second).run(snapshot)
+
+    def rows(log, after):
+        kept = [dict(s.row) for s in log.accepted if s.step > after]
+        return [{k: v for k, v in row.items() if k != "wall_time"} for row in kept]
+
+    assert rows(second, 3) == rows(whole, 3)
+
+
+def test_energy_defect_is_zero_for_a_balanced_step():
+    log = Log()
+    simulation(lambda t: 10.0, log).run()
+    assert max(abs(s.row["energy_defect"]) for s in log.accepted) < 1e-11
+
+
+@pytest.mark.parametrize(("half_width", "rho"), [(10.0, 0.49), (20.0, 2.2)])
+def test_forecast_of_the_pancakes(half_width, rho):
+    """Formula figures of the pancake study at dt = 1, m = .005."""
+    value = contraction_forecast(0.005, 1.0, element_size=0.5, gap=2.0, extent=half_width - 1.0)
+    assert value == pytest.approx(rho, rel=0.01)
+
+
+def test_gap_of_two_shifted_sheets():
+    """Samples of the sheets do not face each other exactly; the normal distance counts."""
+    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 12)))
+    low = np.stack([x, y, 0 * x], axis=1)
+    high = np.stack([x + 0.037, y + 0.021, 0 * x + 0.05], axis=1)
+    down = np.tile([0.0, 0.0, -1.0], (x.size, 1))
+    gap = minimum_gap(np.vstack([low, high]), np.vstack([down, -down]), 0.1)
+    assert gap == pytest.approx(0.05, rel=1e-12)
+    assert minimum_gap(low, down, 0.1) == np.inf

@@ -1,0 +1,142 @@
+"""Identities and invariances of the assembled single layer."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from cases.geometry.bodies import fitted, sphere, spheroid, torus
+from hbem.quadrature import QuadratureOrders
+from hbem.sampling import sample
+from hbem.single_layer import single_layer
+
+
+def matrix(body, coefficients=None, orders=None):
+    return single_layer(body, body.coefficients if coefficients is None else coefficients, orders)
+
+
+def test_constant_density_on_the_sphere():
+    """V[c] = 2/3 c; measured 4e-6 (pole row), 2e-8 with fine orders."""
+    body = sphere(8, 8)
+    c = np.array([1.0, -2.0, 3.0])
+    for orders, bound in ((None, 6e-6), (QuadratureOrders.fine(), 1e-6)):
+        layer = matrix(body, orders=orders)
+        exact = 2.0 / 3.0 * layer.surface.mass @ np.tile(c, (body.n_dofs, 1))
+        found = (layer @ np.tile(c, body.n_dofs)).reshape(-1, 3)
+        assert np.abs(found - exact).max() < bound * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("n", "bound"), [(6, 1e-5), (8, 2e-6)])
+def test_normal_is_in_the_kernel(n, bound):
+    """V n = 0 up to the approximation of n; measured 6.0e-6, 1.0e-6."""
+    body = sphere(n, n)
+    layer = matrix(body)
+    surface = layer.surface
+    normal = spsolve(surface.mass.tocsc(), surface.constraint)
+    constant = np.tile([1.0, 0.0, 0.0], body.n_dofs)
+    assert np.linalg.norm(layer @ normal.ravel()) < bound * np.linalg.norm(layer @ constant)
+
+
+def test_nearly_symmetric_but_not_symmetrised():
+    layer = matrix(torus(8, 8)).dense()
+    asymmetry = np.abs(layer - layer.T).max() / np.abs(layer).max()
+    assert 1e-9 < asymmetry < 2e-5
+
+
+@pytest.mark.parametrize(
+    "body", [sphere(4, 8), fitted(sphere(4, 8, degree=3, pole="merged")), torus(6, 8)]
+)
+def test_rotation_by_whole_elements(body):
+    """Turning a body by one element of eight changes nothing but names; measured 2e-15."""
+    angle = 2 * np.pi / 8
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    first = matrix(body).dense()
+    turned = matrix(body, body.coefficients @ turn.T).dense()
+    n = body.n_dofs
+    back = np.einsum("ji,ajbk,kl->aibl", turn, turned.reshape(n, 3, n, 3), turn, optimize=True)
+    assert np.abs(back.reshape(3 * n, -1) - first).max() < 1e-12 * np.abs(first).max()
+    # the same surface again, each element carried to its neighbour
+    assert body.n_elements % 8 == 0
+    around = np.roll(body.bezier @ body.coefficients @ turn.T, 0)
+    shape = (-1, 8, (body.geometry_degree + 1) ** 2, 3)
+    sign = 1 if np.allclose(
+        np.roll(around.reshape(shape), 1, axis=1),
+        (body.bezier @ body.coefficients).reshape(shape),
+    ) else -1
+    np.testing.assert_allclose(
+        np.roll(around.reshape(shape), sign, axis=1),
+        (body.bezier @ body.coefficients).reshape(shape),
+        atol=1e-10,
+    )
+
+
+def test_symmetric_body_gives_a_symmetric_matrix():
+    """A torus mapped to itself by one element: the matrix commutes with the turn."""
+    body = torus(5, 8)
+    angle = -2 * np.pi / 8
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    A = matrix(body).dense().reshape(5, 8, 3, 5, 8, 3)
+    moved = np.roll(A, (1, 1), axis=(1, 4))
+    moved = np.einsum("ij,abjcdk,lk->abicdl", turn, moved, turn, optimize=True)
+    assert min(
+        np.abs(moved - A).max(),
+        np.abs(np.roll(A, (-1, -1), axis=(1, 4)) - moved).max(),
+    ) < 1e-12 * np.abs(A).max()
+
+
+def test_scaling():
+    """The matrix scales with the cube of the length."""
+    body = sphere(4, 5)
+    small = matrix(body, 1e-3 * body.coefficients).dense()
+    large = matrix(body).dense()
+    np.testing.assert_allclose(1e9 * small, large, atol=1e-12 * np.abs(large).max())
+
+
+def test_translation_invariance():
+    body = torus(4, 5)
+    moved = matrix(body, body.coefficients + np.array([3.0, -2.0, 1.0])).dense()
+    first = matrix(body).dense()
+    np.testing.assert_allclose(moved, first, atol=1e-11 * np.abs(first).max())
+
+
+def test_separate_source_points():
+    """Denser plain points change the matrix by the error of the far rule only."""
+    body = torus(8, 8)
+    first = matrix(body).dense()
+    other = matrix(body, orders=QuadratureOrders(far=5)).dense()
+    change = np.linalg.norm(other - first) / np.linalg.norm(first)
+    assert 1e-9 < change < 2e-5
+
+
+def test_thin_spheroid_needs_the_floor_at_the_pole():
+    """Finer rules change the matrix of a thin graded spheroid by little; measured 1e-6."""
+    body = spheroid(6, 8, c=0.05, grading=0.85)
+    first = matrix(body).dense()
+    finer = matrix(body, orders=QuadratureOrders.fine()).dense()
+    assert np.linalg.norm(finer - first) < 5e-6 * np.linalg.norm(finer)
+
+
+def test_threads_do_not_change_the_result():
+    numba = pytest.importorskip("numba")
+    body = sphere(4, 5)
+    threads = numba.get_num_threads()
+    several = matrix(body).dense()
+    try:
+        numba.set_num_threads(1)
+        one = matrix(body).dense()
+    finally:
+        numba.set_num_threads(threads)
+    np.testing.assert_array_equal(one, several)
+
+
+def test_wrong_arguments():
+    body = sphere(4, 5)
+    with pytest.raises(ValueError, match="expected coefficients"):
+        matrix(body, np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="finite"):
+        matrix(body, np.full_like(body.coefficients, np.nan))
+    with pytest.raises(ValueError, match="orders"):
+        QuadratureOrders(radial=40)
+    orders = QuadratureOrders()
+    assert sample(body, body.coefficients, orders).collapsed.sum() == 10
