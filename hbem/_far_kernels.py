@@ -51,6 +51,23 @@ def add_pair(table, moments, line, nt, t):
     line[5 * nt + t] += a5
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
+def add_sources(values, kernels, line):
+    """``line += values @ kernels``, four sources a sweep to spare memory traffic."""
+    n, q = values.size, 0
+    while q + 4 <= n:
+        v0, v1, v2, v3 = values[q], values[q + 1], values[q + 2], values[q + 3]
+        k0, k1, k2, k3 = kernels[q], kernels[q + 1], kernels[q + 2], kernels[q + 3]
+        for c in range(line.size):
+            line[c] += v0 * k0[c] + v1 * k1[c] + (v2 * k2[c] + v3 * k3[c])
+        q += 4
+    while q < n:
+        v, k = values[q], kernels[q]
+        for c in range(line.size):
+            line[c] += v * k[c]
+        q += 1
+
+
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def source_columns(
     targets, sources, weights, values, table_indptr, dofs, extraction, pairs, elements, moments,
@@ -79,11 +96,7 @@ def source_columns(
             for q in range(nq):
                 target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
             for row in range(table_indptr[f], table_indptr[f + 1]):
-                line = out[dofs[row]]
-                for q in range(nq):
-                    v, k = values[row, q], flat[q]
-                    for c in range(k.size):
-                        line[c] += v * k[c]
+                add_sources(values[row], flat, out[dofs[row]])
         for t in range(nt):
             for k in range(pairs[e * nt + t], pairs[e * nt + t + 1]):
                 f = elements[k]

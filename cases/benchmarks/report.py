@@ -10,6 +10,7 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from ..output.atomic import replacing
 
 Row = Mapping[str, Any]
 NEEDED = ("case", "seconds", "error")
+HIDDEN = ("gflop", "pairs")  # seconds in units of the calibration: in the JSON only
 
 
 def execute(name: str, module: str, quick: bool, file: Path | None = None) -> list[Row]:
@@ -72,19 +74,25 @@ def calibrated(rows: Sequence[Row], speed: Mapping[str, float]) -> list[dict[str
 
 
 def show(name: str, rows: Sequence[Row], speed: Mapping[str, float]) -> None:
-    """Print the rows as one table, a column for every key that occurs."""
+    """Print the rows: one table for each run of rows with the same columns."""
+    from rich.box import SIMPLE
     from rich.console import Console
     from rich.table import Table
 
+    # in a pipe nothing is cut: files and logs want whole tables
     console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=240)
     figures = ", ".join(f"{key} {value:.3g}" for key, value in speed.items())
-    table = Table(title=f"{name} ({figures})")
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    for column in columns:
-        table.add_column(column, justify="left" if column == "case" else "right")
-    for row in rows:
-        table.add_row(*(_cell(row.get(column, "")) for column in columns))
-    console.print(table)
+    console.print(f"{name} ({figures})", markup=False)
+    for columns, group in groupby(rows, key=lambda row: tuple(key for key in row)):
+        shown = [column for column in columns if column not in HIDDEN]
+        table = Table(box=SIMPLE)
+        for column in shown:
+            table.add_column(column, justify="left" if column == "case" else "right")
+        for row in group:
+            table.add_row(*(_cell(row[column]) for column in shown))
+        console.print(table)
 
 
 def _best(function: Callable[[], Any], repeats: int = 5) -> float:

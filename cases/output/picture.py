@@ -73,6 +73,19 @@ def overview(folder: Path) -> Path:
     return path
 
 
+def _area_quantile(shots: list[Snapshot]) -> float:
+    """Value that all but 2% of the area stays below; small elements must not set the scale."""
+    values, areas = [], []
+    for shot in shots:
+        a, b, c, d = (shot.points[shot.quads[:, k]] for k in range(4))
+        areas.append(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1))
+        values.append(shot.values[shot.quads].mean(axis=1))
+    value, area = np.concatenate(values), np.concatenate(areas)
+    order = np.argsort(value)
+    share = np.cumsum(area[order])
+    return float(value[order][np.searchsorted(share, QUANTILE * share[-1])])
+
+
 def _chosen(
     frames: list[tuple[float, str]], history: dict[str, np.ndarray]
 ) -> list[tuple[float, str]]:
@@ -117,7 +130,7 @@ def _draw_shots(
 
     low = np.min([shot.points.min(axis=0) for shot in shots], axis=0)
     high = np.max([shot.points.max(axis=0) for shot in shots], axis=0)
-    top = float(np.quantile(np.concatenate([shot.values for shot in shots]), QUANTILE))
+    top = _area_quantile(shots)
     colours = ScalarMappable(Normalize(0.0, top or 1.0), COLOURS)
     for k, shot in enumerate(shots):
         axes = figure.add_subplot(grid[k // 3, k % 3], projection="3d")
@@ -126,7 +139,7 @@ def _draw_shots(
     bar = figure.colorbar(
         colours, cax=figure.add_axes((0.925, 0.44, 0.012, 0.46)), extend="max", format="%.3g"
     )
-    bar.set_label(f"magnitude of the {quantity}, scale clipped at its {QUANTILE:.0%} quantile")
+    bar.set_label(f"magnitude of the {quantity}, scale clipped at {QUANTILE:.0%} of the area")
 
 
 def _draw_shot(

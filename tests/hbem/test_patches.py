@@ -33,7 +33,7 @@ def test_power_coefficients():
     power = cubic_coefficients(control)
     s, t = np.array([0.3]), np.array([0.8])
     value = tensor_bernstein(2, s, t) @ control.reshape(2, 9, 3)
-    monomials = np.outer(s**np.arange(4), t**np.arange(4))
+    monomials = np.outer(s ** np.arange(4), t ** np.arange(4))
     np.testing.assert_allclose(np.einsum("eckl,kl->ec", power, monomials), value[:, 0], rtol=1e-13)
 
 

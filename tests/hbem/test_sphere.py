@@ -7,7 +7,7 @@ translation, whose traction is in the space, is pure quadrature error: 6e-6 to 8
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -100,8 +100,9 @@ def test_translation_is_pure_quadrature():
     found = solve(sphere(6, 6), TRANSLATION)
     assert found.error < 1e-5
     assert found.force[0] / (6 * np.pi) == pytest.approx(1.0, abs=2e-6)
-    finer = solve(sphere(6, 6), TRANSLATION, QuadratureOrders.fine())
-    assert finer.error < 0.1 * found.error
+    # the far rule is the floor of the default; denser plain points remove it: measured 1e-8
+    orders = replace(QuadratureOrders.fine(), far=6)
+    assert solve(sphere(6, 6), TRANSLATION, orders).error < 2e-8
 
 
 def test_tangent_plane_pole_is_no_worse():
