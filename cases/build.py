@@ -176,6 +176,15 @@ class Sampler:
         return traction[:n], traction[n:]
 
 
+def skipped(scene: Scene) -> list[str]:
+    """What this scene does not need and a run therefore leaves out."""
+    if scene.fluid.model == "pressure":
+        return ["fluid: uniform pressure, no boundary integrals"]
+    if scene.fluid.viscosity_ratio == 1.0:
+        return ["double layer: equal viscosities need the single layer only"]
+    return []
+
+
 def fields(scene: Scene) -> Sampler:
     """Sampler of a scene's configurations."""
     return Sampler(initial_bag(scene))

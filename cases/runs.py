@@ -162,6 +162,9 @@ def _run(
         with record.phase("build"):
             from . import build
 
+            for what in build.skipped(scene):
+                record.skip(what)
+                console.print(f"skipped: {what}", markup=False, highlight=False)
             recorders.fields = _fields(scene, folder, build)
             if resuming:
                 recorders.cut_back(snapshot.step if snapshot else -1)

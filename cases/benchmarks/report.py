@@ -107,7 +107,7 @@ def _best(function: Callable[[], Any], repeats: int = 5) -> float:
 
 
 def _cell(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float | np.floating) else str(value)
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _plain(value: Any) -> Any:

@@ -89,14 +89,17 @@ def _area_quantile(shots: list[Snapshot]) -> float:
 def _chosen(
     frames: list[tuple[float, str]], history: dict[str, np.ndarray]
 ) -> list[tuple[float, str]]:
-    """Frames nearest to equal increments of volume (of time, if the volume does not change)."""
+    """Frames along growing increments of volume (of time, if it does not change).
+
+    Early frames are the telling ones: the flow shapes the bag before the pressure rounds it.
+    """
     if len(frames) <= SNAPSHOTS:
         return frames
     t = np.array([frame[0] for frame in frames])
     measure = np.interp(t, history["t"], history["volume"])
     if np.ptp(measure) < 1e-6 * abs(measure[0]):
         measure = t
-    wanted = np.linspace(measure[0], measure[-1], SNAPSHOTS)
+    wanted = measure[0] + (measure[-1] - measure[0]) * np.linspace(0.0, 1.0, SNAPSHOTS) ** 2
     index = {int(np.argmin(np.abs(measure - w))) for w in wanted[1:-1]} | {0, len(frames) - 1}
     spare = [i for i in range(1, len(frames)) if i not in index]
     while len(index) < SNAPSHOTS:  # coarse frames: fill with those of early times
@@ -164,7 +167,9 @@ def _draw_shot(
     axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
     axes.set_ylim(0.0, high[1])
     axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect((2 * half[0], max(high[1], 1e-12), 2 * half[2]), zoom=1.12)
+    box = np.array([2 * half[0], max(high[1], 1e-12), 2 * half[2]])
+    # matplotlib scales the box by its diagonal: undo that, so that width or height fills the axes
+    axes.set_box_aspect(box, zoom=0.88 * np.linalg.norm(box) / max(box[0], 1.2 * box[2]))
     axes.view_init(elev=ELEVATION, azim=-90)
     axes.set_proj_type("ortho")
     axes.set_axis_off()

@@ -113,7 +113,9 @@ def build(scheme: Scheme | None = None) -> SimpleNamespace:
             checkpoint_every=scene.output.checkpoint_every,
         )
 
-    return SimpleNamespace(simulation=simulation, fields=lambda scene: Sampler())
+    return SimpleNamespace(
+        simulation=simulation, fields=lambda scene: Sampler(), skipped=lambda scene: ["toy: all"]
+    )
 
 
 if __name__ == "__main__":
