@@ -14,10 +14,10 @@ _HOME = {
     "SampledSurface": "sampling",
     "sample": "sampling",
     "SingleLayer": "single_layer",
-    "single_layer": "single_layer",
     "DenseSaddle": "krylov",
     "IterativeSaddle": "krylov",
     "KrylovResult": "krylov",
+    "saddle": "krylov",
     "EnclosedStokes": "enclosed_flow",
     "Traction": "enclosed_flow",
 }
