@@ -15,7 +15,8 @@ _HOME = {
     "EnclosedVolume": "volume",
     "extraction": "support",
     "ShellStructure": "dynamics",
-    "static_path": "dynamics",
+    "static_path": "continuation",
+    "load_path": "continuation",
 }
 __all__ = sorted(_HOME)
 

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,6 +20,9 @@ from . import newton
 from .kirchhoff_love import KirchhoffLove
 from .surface_basis import SurfaceBasis
 from .volume import EnclosedVolume
+
+# A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
+Follower = Callable[[np.ndarray], tuple[np.ndarray, csr_matrix]]
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,7 @@ class ShellStructure:
         volume: float | None,
         linear: np.ndarray,
         operator: Any,
+        follower: Follower | None = None,
     ) -> newton.NewtonResult:
         """Newton on ``W' - p Q' + linear + operator x``; operator is sparse, dense or None."""
         Es = self._Es
@@ -135,6 +140,10 @@ class ShellStructure:
                 Q, dQ, ddQ = self._volume.derivatives(c)
                 gradient, tangent = gradient + lam * dQ, tangent + lam * ddQ
                 row, defect = Es.T @ dQ, Q - volume
+            if follower is not None:
+                force, slope = follower((start.ravel() + self.E @ q).reshape(-1, 3))
+                gradient = gradient - force.ravel()[: self._n]
+                tangent = tangent - slope[: self._n, : self._n]
             K = Es.T @ tangent @ Es
             r = Es.T @ gradient + linear
             if operator is not None:
@@ -247,49 +256,35 @@ class ShellStructure:
     def static(
         self,
         coefficients: np.ndarray,
-        volume: float | None,
+        volume: float | None = None,
         *,
         pressure: float = 0.0,
-        load: np.ndarray | None = None,
+        load: np.ndarray | Follower | None = None,
     ) -> ShellStep:
-        """Static equilibrium near ``coefficients`` at the given enclosed volume."""
+        """Static equilibrium near ``coefficients``.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+            Start of Newton's iteration.
+        volume : float, optional
+            Enclosed volume to reach; its multiplier is the excess pressure.
+        pressure : float
+            Start of the multiplier.
+        load : (n_full, 3) array or callable, optional
+            Dead load, or ``load(c)`` returning the load on a configuration and its derivative
+            ``(3 n_full, 3 n_full)``.
+        """
         linear = np.zeros(self.E.shape[1])
-        if load is not None:
+        follower = load if callable(load) else None
+        if load is not None and follower is None:
             linear -= self.E.T @ load.ravel()
-        result = self._solve(coefficients, np.zeros_like(linear), pressure, volume, linear, None)
+        result = self._solve(
+            coefficients, np.zeros_like(linear), pressure, volume, linear, None, follower
+        )
         increment = (self.E @ result.x).reshape(-1, 3)
         new = ShellState(
             0.0, coefficients + increment, np.zeros_like(increment), -result.multiplier
         )
         last = result.history[-1] if result.history else np.inf
         return ShellStep(new, result.outcome, len(result.history), last)
-
-
-def static_path(
-    structure: ShellStructure, coefficients: np.ndarray, volumes: np.ndarray
-) -> ShellStep:
-    """Equilibria along growing volumes, each step halved where Newton fails.
-
-    Raises
-    ------
-    ArithmeticError
-        If a volume increment falls below 1e-6 of the whole path.
-    """
-    current = structure.volume(coefficients)
-    floor = 1e-6 * abs(volumes[-1] - current)
-    pressure, step = 0.0, None
-    for target in volumes:
-        increment = target - current
-        while abs(target - current) > 1e-14 * abs(target):
-            increment = min(increment, target - current, key=abs)
-            trial = structure.static(coefficients, current + increment, pressure=pressure)
-            if trial.ok:
-                step, coefficients = trial, trial.state.coefficients
-                current, pressure = current + increment, trial.state.pressure
-                continue
-            increment *= 0.5
-            if abs(increment) < floor:
-                raise ArithmeticError(
-                    f"static path stopped at volume {current:.6g}: {trial.outcome.value}"
-                )
-    return step

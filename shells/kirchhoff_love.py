@@ -11,6 +11,8 @@ all Christoffel terms of the double Gamma-gradient cancel and A is the identity.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from . import _shell_kernels as kernels
@@ -35,11 +37,19 @@ def frame_transform(reference: Jets) -> np.ndarray:
     return np.linalg.inv(T)
 
 
-def _apply(G: np.ndarray, grad: np.ndarray, hess: np.ndarray) -> np.ndarray:
-    """Jets (0, 1, 00, 11, 01) in the frame; leading axes of grad, hess are (d, ..., e, q, c)."""
+def _apply(
+    G: np.ndarray, grad: np.ndarray, hess: np.ndarray, bend: np.ndarray | None = None
+) -> np.ndarray:
+    """Jets (0, 1, 00, 11, 01) in the frame; leading axes of grad, hess are (d, ..., e, q, c).
+
+    ``bend (n_elements, n_points, 2)`` holds second derivatives of the coordinates in a chart.
+    """
     g = np.einsum("eqax,x...eqc->a...eqc", G, grad, optimize=True)
     full = np.stack([np.stack([hess[0], hess[2]]), np.stack([hess[2], hess[1]])])
     h = np.einsum("eqax,eqby,xy...eqc->ab...eqc", G, G, full, optimize=True)
+    if bend is not None:
+        h[0, 0] += bend[..., 0, None] * grad[0]
+        h[1, 1] += bend[..., 1, None] * grad[1]
     return np.stack([g[0], g[1], h[0, 0], h[1, 1], h[0, 1]])
 
 
@@ -59,6 +69,9 @@ class KirchhoffLove:
         from flat cloth; default that of the reference.
     formulation : {"parametrization-free", "classical"}
         [T 2.17] or [T 2.8]; the same energy.
+    chart : callable, optional
+        Classical formulation in other coordinates: ``chart(s, t)`` returns first and second
+        derivatives of (s, t) by their own new coordinate, each ``(..., 2)`` [T tab. 6.1].
     """
 
     def __init__(
@@ -69,6 +82,7 @@ class KirchhoffLove:
         exact_reference: bool = False,
         curvature: np.ndarray | None = None,
         formulation: str = "parametrization-free",
+        chart: Callable | None = None,
     ):
         if basis.components != 3:
             raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
@@ -76,12 +90,15 @@ class KirchhoffLove:
             raise ValueError(f"unknown formulation {formulation!r}")
         self.basis, self.material = basis, material
         reference = basis.reference
-        G = frame_transform(reference)
+        G, bend = frame_transform(reference), None
         if formulation == "classical":
             G = np.broadcast_to(np.eye(2), G.shape)
-        functions = _apply(G, basis.grads[..., None], basis.hess[..., None])[..., 0]
+            if chart is not None:
+                slope, bend = chart(*np.asarray(basis.global_coordinates()))
+                G = slope[..., None] * np.eye(2)
+        functions = _apply(G, basis.grads[..., None], basis.hess[..., None], bend)[..., 0]
         self._jets = np.ascontiguousarray(np.moveaxis(functions, (0, 1), (3, 2)))
-        shape = _apply(G, reference.grad, reference.hess)
+        shape = _apply(G, reference.grad, reference.hess, bend)
         first, second = self._fundamental_forms(shape)
         self._metric, self._curvature = first, second
         if curvature is not None:

@@ -22,4 +22,7 @@ BENCHMARKS: Mapping[str, Entry] = {
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
+    "shells": Entry(
+        "cases.benchmarks.shells", "roof, locking and large rotations against published figures"
+    ),
 }
