@@ -81,11 +81,13 @@ class ShellStructure:
         tolerance: float = 1e-9,
         max_iterations: int = 25,
     ):
-        self.shell, self.E, self._volume = shell, extraction.tocsr(), volume
+        self.shell, self.E, self.enclosed = shell, extraction.tocsr(), volume
         self._n = shell.basis.N  # vector dofs of the shell; the rest of a configuration is fixed
         if extraction.shape[0] < self._n or extraction.shape[0] % 3:
             raise ValueError(f"the extraction needs at least {self._n} rows, three a coefficient")
         self._Es = self.E[: self._n]
+        if volume is not None:
+            volume.check(self._Es)
         self.M = mass_matrix(shell.basis, shell.material.density)
         self._Mr = (self._Es.T @ self.M @ self._Es).tocsr()
         extent = np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0)
@@ -101,9 +103,9 @@ class ShellStructure:
 
     def volume(self, coefficients: np.ndarray) -> float:
         """Enclosed volume of a configuration ``(n_full, 3)``."""
-        if self._volume is None:
+        if self.enclosed is None:
             raise ValueError("this structure encloses no volume")
-        return self._volume.value(coefficients.ravel()[: self._n])
+        return self.enclosed.value(coefficients.ravel()[: self._n])
 
     def area(self, coefficients: np.ndarray) -> float:
         """Current area of the shell."""
@@ -137,7 +139,7 @@ class ShellStructure:
             gradient, tangent = self.shell.gradient_and_tangent(c)
             row, defect = None, 0.0
             if volume is not None:
-                Q, dQ, ddQ = self._volume.derivatives(c)
+                Q, dQ, ddQ = self.enclosed.derivatives(c)
                 gradient, tangent = gradient + lam * dQ, tangent + lam * ddQ
                 row, defect = Es.T @ dQ, Q - volume
             if follower is not None:
@@ -225,8 +227,8 @@ class ShellStructure:
         stored = float(self.shell.gradient(c1) @ d - path)
         work = 0.0 if load is None else float(load.ravel()[:n] @ d)
         pressure = 0.0
-        if self._volume is not None:
-            pressure = end.pressure * float(self._volume.gradient(c1) @ d)
+        if self.enclosed is not None:
+            pressure = end.pressure * float(self.enclosed.gradient(c1) @ d)
         return {
             "pressure_work": pressure,
             "load_work": work,
@@ -238,8 +240,8 @@ class ShellStructure:
         c = state.coefficients.ravel()[: self._n]
         _, tangent = self.shell.gradient_and_tangent(c)
         row = None
-        if self._volume is not None:
-            _, gradient, hessian = self._volume.derivatives(c)
+        if self.enclosed is not None:
+            _, gradient, hessian = self.enclosed.derivatives(c)
             tangent, row = tangent - state.pressure * hessian, self._Es.T @ gradient
         solve = newton.factorize(self._Mr / dt**2 + self._Es.T @ tangent @ self._Es)
         along = None if row is None else solve(row)

@@ -184,6 +184,17 @@ class SplineSurface:
         wanted = np.arange(self.s.n) * self.t.n + j % self.t.n
         return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
 
+    @property
+    def open_edges(self) -> dict[str, np.ndarray]:
+        """Coefficients of each open edge by name; empty for a closed surface."""
+        edges = {}
+        if not self.s.periodic:
+            edges |= {} if self.pole_start else {"s = start": self.ring(0)}
+            edges |= {} if self.pole_end else {"s = end": self.ring(-1)}
+        if not self.t.periodic:
+            edges |= {"t = start": self.column(0), "t = end": self.column(-1)}
+        return edges
+
     def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:
         """Coefficients to points at local ``xi``, ``eta`` of every element.
 

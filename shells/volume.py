@@ -1,13 +1,15 @@
 """Enclosed volume ``Q = 1/3 int theta . (theta_s x theta_t) ds dt`` [T 2.27, 2.30].
 
-Both variations are exact for the discrete Q whatever the quadrature. The full form is meant for
-surfaces that are closed, or whose boundary does not move: on an open moving boundary its gradient
-would contain a spurious edge load.
+Both variations are exact for the discrete Q whatever the quadrature. This full form is meant for
+surfaces that are closed, or whose boundary does not move: where an open boundary moves, its
+gradient contains a spurious edge load (the pressure on cones from the edges to the origin), and
+`OpenVolume` takes the short form ``Q'(rho) = int rho . (theta_s x theta_t)`` instead.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from . import _shell_kernels as kernels
 from .form import ElementForm, Scatter
@@ -57,3 +59,87 @@ class EnclosedVolume:
         """Q, Q' and Q'' (CSR) from one pass."""
         Q, R, K = self._elements(x, 2)
         return float(Q.sum()) + self.offset, self._scatter.vector(R), self._scatter.matrix(K)
+
+    def check(self, extraction: csr_matrix) -> None:
+        """Refuse supports that let an open boundary move.
+
+        Raises
+        ------
+        ValueError
+            Naming the edge.
+        """
+        rows = np.flatnonzero(np.diff(extraction.indptr)) // 3
+        for name, edge_rows in self.basis.surface.open_edges.items():
+            if np.isin(edge_rows, rows).any():
+                raise ValueError(
+                    f"edge {name} is open and moves: the enclosed volume in its full form would "
+                    "load it; fix the edge, or use shells.volume.OpenVolume"
+                )
+
+
+class OpenVolume(EnclosedVolume):
+    """Volume under a tube whose open ends move, closed by flat lids.
+
+    The pressure acts on the surface only (short form); the Hessian is symmetric where the lids
+    stay in their planes. The surface must be periodic in t and without poles at its open ends.
+
+    Raises
+    ------
+    ValueError
+        For a surface that is not periodic in t: no lids close it.
+    """
+
+    def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
+        super().__init__(basis, offset)
+        surface = basis.surface
+        if not surface.t.periodic:
+            raise ValueError("an open sheet encloses no volume: only tubes (t periodic) do")
+        x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
+        x, w = 0.5 * (x + 1.0), 0.5 * w
+        self._lids = []
+        for end, present in ((0, surface.pole_start), (1, surface.pole_end)):
+            if present:
+                continue
+            place = np.repeat(
+                surface.selected // surface.t.n_elements == end * (surface.s.n_elements - 1),
+                x.size,
+            )
+            fixed = np.full_like(x, float(end))
+            point, along = (surface.sample(fixed, x, k)[place] for k in (None, 1))
+            weights = np.tile(w, point.shape[0] // x.size)
+            self._lids.append((-1.0 if end else 1.0, point, along, weights))
+
+    def _lid_volume(self, c: np.ndarray) -> float:
+        """Cones from each loop's centre: a third of height times flat area, about the origin."""
+        total = 0.0
+        for sign, point, along, w in self._lids:
+            x, dx = point @ c, along @ c
+            centre = np.average(x, axis=0, weights=w * np.linalg.norm(dx, axis=1))
+            area = 0.5 * (w @ np.cross(x - centre, dx))
+            total += sign * float(centre @ area) / 3.0
+        return total
+
+    def value(self, x: np.ndarray) -> float:
+        return super().value(x) + self._lid_volume(np.asarray(x, dtype=float).reshape(-1, 3))
+
+    def _short(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        c = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
+        N, N0, N1 = np.moveaxis(self._values, -1, 0)
+        t0, t1 = (np.einsum("eqa,eac->eqc", n, c) for n in (N0, N1))
+        w = self._dw[..., None]
+        R = np.einsum("eqa,eqc->eac", N, np.cross(t0, t1) * w)
+        arm = N0[..., None] * t1[:, :, None] - N1[..., None] * t0[:, :, None]
+        turned = np.cross(np.eye(3), arm[..., None, :])  # z' of component j: (e, q, b, j, c)
+        K = np.einsum("eqa,eqbji->eaibj", N * w, turned, optimize=True)
+        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
+        return R.reshape(ne, nd), K.reshape(ne, nd, nd)
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        return self._scatter.vector(self._short(x)[0])
+
+    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, object]:
+        R, K = self._short(x)
+        return self.value(x), self._scatter.vector(R), self._scatter.matrix(K)
+
+    def check(self, extraction: csr_matrix) -> None:
+        """Nothing to refuse: open boundaries may move."""

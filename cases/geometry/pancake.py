@@ -13,9 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from shells.splines import SplineSpace
-from shells.surface import SplineSurface, ring_scale
+from shells.surface import SplineSurface
 
 from .bag import Bag
+from .revolution import revolve, ring_space
 
 GRADING = 0.8  # largest growth of neighbouring element sizes along a sheet
 
@@ -120,14 +121,6 @@ def _fit(body: Pancake, space: SplineSpace) -> tuple[np.ndarray, float]:
     return c, float(error)
 
 
-def _revolve(profile: np.ndarray, t: SplineSpace) -> np.ndarray:
-    """Coefficients of the surface of revolution of ``profile (n, 2)``."""
-    angle = 2.0 * np.pi * (t.greville - t.breaks[0]) / (t.breaks[-1] - t.breaks[0])
-    rho = profile[:, :1] / ring_scale(t)
-    z = np.broadcast_to(profile[:, 1:], (profile.shape[0], t.n))
-    return np.stack([rho * np.cos(angle), rho * np.sin(angle), z], axis=-1).reshape(-1, 3)
-
-
 def pancake(
     body: Pancake,
     *,
@@ -154,7 +147,7 @@ def pancake(
     double_joints : bool
         Double knots where lines meet arcs: C1 there, where the exact curvature jumps.
     """
-    t = SplineSpace(np.linspace(0.0, 2.0 * np.pi, around + 1), degree, periodic=True)
+    t = ring_space(degree, around)
     breaks, joints = meridian_breaks(body, rim, fillet, flat_max, pole)
     multiplicity = np.ones(breaks.size, dtype=int)
     if double_joints:
@@ -171,7 +164,7 @@ def pancake(
     return Bag(
         membrane=SplineSurface(s, t, pole_start=True),
         patch=SplineSurface(inward, t, pole_end=True),
-        coefficients=np.concatenate([_revolve(profile, t), _revolve(lid, t)]),
+        coefficients=np.concatenate([revolve(profile, t), revolve(lid, t)]),
         rim_ring=-1,
         profile=quadratic,
         gap=2.0 * body.radius,

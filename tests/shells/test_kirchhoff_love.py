@@ -6,6 +6,7 @@ from skfem import Functional
 
 from shells.kirchhoff_love import KirchhoffLove
 from shells.material import Material
+from shells.pointwise import NeoHookean, PointwiseShell, StVenantKirchhoff
 from shells.splines import SplineSpace
 from shells.surface import SplineSurface
 from shells.surface_basis import SurfaceBasis
@@ -128,6 +129,35 @@ def test_rigid_motion_stores_no_energy():
     shell = KirchhoffLove(basis, MATERIAL)
     assert sum(shell.energy(moved)) < 1e-27
     assert np.abs(shell.gradient(moved)).max() < 1e-13
+
+
+def test_pointwise_path_equals_the_fused_kernel():
+    basis, _, theta, _ = cone(3)
+    fused, pointwise = (
+        KirchhoffLove(basis, MATERIAL),
+        PointwiseShell(basis, StVenantKirchhoff(MATERIAL)),
+    )
+    assert sum(pointwise.energy(theta)) == pytest.approx(sum(fused.energy(theta)), rel=1e-13)
+    (a, A), (b, B) = (shell.gradient_and_tangent(theta) for shell in (fused, pointwise))
+    assert np.abs(a - b).max() < 1e-12
+    assert abs(A - B).max() < 1e-10
+
+
+def test_neo_hookean_by_finite_differences_and_at_small_strain():
+    basis, X, theta, d = cone(2)
+    material = Material(0.03, poisson_ratio=0.5)
+    rubber = PointwiseShell(basis, NeoHookean(material))
+    theta = X + 0.3 * (theta - X)
+    gradient, tangent = rubber.gradient_and_tangent(theta)
+    slope = central(lambda x: rubber.energy(x)[0], theta, d, 1e-5)
+    assert slope == pytest.approx(gradient @ d, rel=1e-6)
+    curve = central(rubber.gradient, theta, d, 1e-5)
+    assert np.linalg.norm(curve - tangent @ d) < 1e-6 * np.linalg.norm(tangent @ d)
+    hooke = KirchhoffLove(basis, material)
+    at_rest = rubber.gradient_and_tangent(X)[1] - hooke.gradient_and_tangent(X)[1]
+    assert abs(at_rest).max() < 1e-12
+    with pytest.raises(ValueError, match=r"poisson_ratio = 0.5"):
+        NeoHookean(MATERIAL)
 
 
 def test_wrong_input_is_refused():
