@@ -6,7 +6,9 @@ derivatives, z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import get_num_threads, njit, prange, set_num_threads
+
+__all__ = ["FEATURES", "get_num_threads", "set_num_threads"]
 
 FEATURES = 11
 

@@ -149,6 +149,24 @@ class KirchhoffLove:
         kernels.force_and_tangent(*self._arguments(x), tangent, R, K)
         return R, K
 
+    @property
+    def elasticity(self) -> np.ndarray:
+        """Elasticity in Voigt order at every quadrature point, ``(n_elements, n_points, 3, 3)``."""
+        return self._elasticity
+
+    def forms(self, x: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
+        """Fundamental forms (00, 11, 01) in the shell's frame, ``(n_elements, n_points, 3)``.
+
+        Returns
+        -------
+        (A, B), a, b
+            Of the reference and of the configuration with coefficients ``x``.
+        """
+        local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
+        jets = self._base + np.einsum("eqad,eac->eqdc", self._jets, local, optimize=True)
+        first, second = self._fundamental_forms(np.moveaxis(jets, 2, 0))
+        return (self._metric, self._curvature), first, second
+
     def energy(self, x: np.ndarray) -> tuple[float, float]:
         """Membrane and bending energy at coefficients ``(n_coefficients, 3)``."""
         out = np.empty((self._dofs.shape[0], 2))

@@ -22,10 +22,16 @@ from shells.dynamics import ShellStructure
 from shells.edge import Edge, edge
 from shells.kirchhoff_love import KirchhoffLove
 from shells.material import Material
+from shells.minimise import minimise
+from shells.pointwise import NeoHookean, PointwiseShell
 from shells.splines import SplineSpace
 from shells.support import extraction, vector_dofs
 from shells.surface import SplineSurface
 from shells.surface_basis import SurfaceBasis
+from shells.volume import EnclosedVolume
+
+from ..geometry.revolution import sphere
+from .shell_speed import kernel_rows, solver_rows
 
 Row = dict[str, Any]
 ROOF_CONVERGED = -0.300592457  # p = 4 on 32^2 and p = 5 on 48^2 agree to these digits
@@ -37,7 +43,15 @@ def stack(*components: Any) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*components), axis=-1)
 
 
-def roof(
+def roof(n: int, degree: int, **options: Any) -> tuple[float, float]:
+    """Deflection of the free edge's middle (see `roof_response`), and seconds."""
+    start = time.perf_counter()
+    s, t, u = roof_response(n, degree, **options)
+    at_A = np.outer(s.evaluate(1.0)[0], t.evaluate(0.5 * t.breaks[-1])[0]).ravel()
+    return float((at_A @ u)[2]), time.perf_counter() - start
+
+
+def roof_response(
     n: int,
     degree: int,
     *,
@@ -45,12 +59,11 @@ def roof(
     points: int | None = None,
     formulation: str = "parametrization-free",
     sine: bool = False,
-) -> tuple[float, float]:
-    """Deflection of the free edge's middle under unit ``5/6e-6 (h/h0)^2``, and seconds.
+) -> tuple[SplineSpace, SplineSpace, np.ndarray]:
+    """Linear response of the Scordelis-Lo roof to ``5/6e-6 (h/h0)^2``: spaces, coefficients.
 
     ``sine`` takes axial coordinates in which ``|z|`` is half a sine, zero at both supports.
     """
-    start = time.perf_counter()
     R, L, phi = 25.0, 50.0, np.deg2rad(40.0)
     s = SplineSpace(np.linspace(0.0, 1.0, n + 1), degree)
     t = SplineSpace(np.linspace(0.0, L, n + 1), degree)
@@ -87,8 +100,7 @@ def roof(
     load = LinearForm(lambda v, w: -size * v[2]).assemble(basis)
     _, K = shell.gradient_and_tangent(np.zeros(basis.N))
     u = (E @ spsolve((E.T @ K @ E).tocsc(), E.T @ load)).reshape(-1, 3)
-    at_A = np.outer(s.evaluate(1.0)[0], t.evaluate(0.5 * L)[0]).ravel()
-    return float((at_A @ u)[2]), time.perf_counter() - start
+    return s, t, u
 
 
 def strip(
@@ -254,12 +266,82 @@ def _rotations(quick: bool) -> list[Row]:
     return rows
 
 
+def _smooth_rates(sizes: tuple[int, ...], fine: int) -> list[Row]:
+    """H2 error of the roof's linear response against p = 4; rate p - 1."""
+    grid = (np.arange(160) + 0.5) / 160
+    exact = _derivatives(roof_response(fine, 4), grid)
+    norm = np.linalg.norm(exact)
+    rows = []
+    for degree in (2, 3):
+        last = None
+        for n in sizes:
+            start = time.perf_counter()
+            error = np.linalg.norm(_derivatives(roof_response(n, degree), grid) - exact) / norm
+            rows.append(
+                {
+                    "case": f"roof H2, p={degree}, {n}^2",
+                    "seconds": time.perf_counter() - start,
+                    "error": float(error),
+                    "reference": f"p=4 on {fine}^2",
+                    "rate": "" if last is None else f"{np.log2(last / error):.2f}",
+                }
+            )
+            last = error
+    return rows
+
+
+def _derivatives(response: tuple, grid: np.ndarray) -> np.ndarray:
+    """Value and derivatives up to order two over the unit square of parameters."""
+    s, t, u = response
+    length = t.breaks[-1]
+    u = u.reshape(s.n, t.n, 3)
+    parts = []
+    for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (1, 1), (0, 2)):
+        rows, columns = s.evaluate(grid, i), t.evaluate(length * grid, j) * length**j
+        parts.append(np.einsum("xa,yb,abc->xyc", rows, columns, u, optimize=True))
+    return np.stack(parts)
+
+
+def _spheres() -> list[Row]:
+    """Inflated spheres against closed forms."""
+    rows = []
+    for count in (6, 12):
+        surface, c = sphere(3, count, 2 * count)
+        basis = SurfaceBasis(surface, c)
+        hooke = KirchhoffLove(basis, Material(1e-8, poisson_ratio=0.3))
+        rubber = PointwiseShell(basis, NeoHookean(Material(1e-8, poisson_ratio=0.5)))
+        for name, shell, stretch, pressure in (
+            ("St. Venant-Kirchhoff", hooke, 1.2, (1.2 - 1.0 / 1.2) * 1.3),
+            ("neo-Hookean", rubber, 1.15, 0.5 * (1.0 / 1.15 - 1.0 / 1.15**7)),
+        ):
+            start = time.perf_counter()
+            structure = ShellStructure(shell, extraction(surface.reduction), EnclosedVolume(basis))
+            end = minimise(structure, c, pressure)
+            ratio = structure.volume(end.state.coefficients) / structure.volume(c)
+            rows.append(
+                {
+                    "case": f"inflated sphere, {name}, {count} rows",
+                    "seconds": time.perf_counter() - start,
+                    "error": abs(ratio ** (1.0 / 3.0) / stretch - 1.0),
+                    "reference": "closed form",
+                    "stretch": stretch,
+                    "pressure": pressure,
+                    "iterations": end.iterations,
+                }
+            )
+    return rows
+
+
 def run(quick: bool) -> list[Row]:
     """Rows of the benchmark; ``quick`` takes coarse meshes."""
     parts: list[Callable[[], list[Row]]] = [
         lambda: _formulations(32 if quick else 64),
         lambda: _locking((16,) if quick else (16, 32), 24 if quick else 48),
+        lambda: _smooth_rates((12, 24) if quick else (12, 24, 48), 32 if quick else 64),
         lambda: _rotations(quick),
+        _spheres,
+        lambda: kernel_rows(16 if quick else 32),
+        lambda: solver_rows((32,) if quick else (32, 64, 128)),
     ]
     roof(8, 2)  # compiles the kernels
     return [row for part in parts for row in part()]

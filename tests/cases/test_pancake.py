@@ -10,7 +10,7 @@ from cases.inflow import ramp_integral
 from cases.preflight import forecast, volume
 from coupling.protocols import Result, State
 from coupling.stability import contraction_measured
-from shells.dynamics import static_path
+from shells.continuation import static_path
 
 
 @pytest.fixture(scope="module")

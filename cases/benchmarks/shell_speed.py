@@ -1,0 +1,205 @@
+"""Speed of the shell: fused kernel against the same energy as a plain scikit-fem form, solvers.
+
+`plain_tangent` is [T 2.12b] as one would write it in scikit-fem; it is the oracle of the kernel
+and its peer in the speed table.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyamg
+from scipy.sparse.linalg import cg
+from skfem import BilinearForm
+
+from shells import _shell_kernels as kernels
+from shells.kirchhoff_love import KirchhoffLove
+from shells.material import Material
+from shells.newton import factorize
+from shells.pointwise import PointwiseShell, StVenantKirchhoff
+from shells.splines import SplineSpace
+from shells.support import extraction, vector_dofs
+from shells.surface import SplineSurface
+from shells.surface_basis import SurfaceBasis
+
+Row = dict[str, Any]
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("c...,c...->...", a, b)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.cross(a, b, axis=0)
+
+
+@BilinearForm
+def plain_tangent(u: Any, v: Any, w: Any) -> np.ndarray:
+    """Second variation of the energy, classical form, arguments theta, C, D, A and B."""
+    theta = w["theta"]
+    t, h = np.moveaxis(theta.grad, 1, 0), theta.hess
+    z = _cross(t[0], t[1])
+    J = np.sqrt(_dot(z, z))
+    nu = z / J
+    pairs = ((0, 0), (1, 1), (0, 1))
+    weight = (1.0, 1.0, 2.0)
+
+    def normal(f: Any) -> tuple[np.ndarray, np.ndarray]:
+        dz = _cross(f.grad[:, 0], t[1]) + _cross(t[0], f.grad[:, 1])
+        along = _dot(nu, dz)
+        return (dz - along * nu) / J, along
+
+    du, au = normal(u)
+    dv, av = normal(v)
+    ddz = _cross(u.grad[:, 0], v.grad[:, 1]) + _cross(v.grad[:, 0], u.grad[:, 1])
+    second = (ddz - _dot(nu, ddz) * nu - au * dv - av * du) / J - _dot(du, dv) * nu
+
+    def first(f: Any, dn: np.ndarray) -> tuple[list, list]:
+        e = [
+            0.5 * s * (_dot(t[a], f.grad[:, b]) + _dot(t[b], f.grad[:, a]))
+            for (a, b), s in zip(pairs, weight, strict=True)
+        ]
+        k = [
+            s * (_dot(f.hess[:, a, b], nu) + _dot(h[:, a, b], dn))
+            for (a, b), s in zip(pairs, weight, strict=True)
+        ]
+        return e, k
+
+    (eu, ku), (ev, kv) = first(u, du), first(v, dv)
+    C, D, A, B = (np.asarray(w[name]) for name in ("C", "D", "A", "B"))
+    total = 0.0
+    for i, ((a, b), s) in enumerate(zip(pairs, weight, strict=True)):
+        n = m = 0.0
+        for j, ((c, d), r) in enumerate(zip(pairs, weight, strict=True)):
+            total = total + C[i, j] * (eu[i] * ev[j] + D * ku[i] * kv[j])
+            n = n + C[i, j] * 0.5 * r * (_dot(t[c], t[d]) - A[j])
+            m = m + D * C[i, j] * r * (_dot(h[:, c, d], nu) - B[j])
+        ee = 0.5 * s * (_dot(u.grad[:, a], v.grad[:, b]) + _dot(u.grad[:, b], v.grad[:, a]))
+        kk = s * (_dot(u.hess[:, a, b], dv) + _dot(v.hess[:, a, b], du) + _dot(h[:, a, b], second))
+        total = total + n * ee + m * kk
+    return total
+
+
+def plain_arguments(shell: KirchhoffLove, theta: np.ndarray) -> dict[str, Any]:
+    """Arguments of `plain_tangent` for a classical shell."""
+    (A, B), _, _ = shell.forms(theta)
+    return {
+        "theta": theta.ravel(),
+        "C": np.moveaxis(shell.elasticity, (2, 3), (0, 1)),
+        "D": shell.material.flexural_rigidity,
+        "A": np.moveaxis(A, 2, 0),
+        "B": np.moveaxis(B, 2, 0),
+    }
+
+
+def panel(n: int, degree: int) -> tuple[KirchhoffLove, np.ndarray, SplineSurface]:
+    """A curved panel of n x n elements and a configuration near it."""
+    space = SplineSpace(np.linspace(0.0, 1.0, n + 1), degree)
+    surface = SplineSurface(space, space)
+    x, y = np.repeat(space.greville, space.n), np.tile(space.greville, space.n)
+    c = np.stack([x, y, 0.2 * x * (1.0 - x)], axis=1)
+    shell = KirchhoffLove(
+        SurfaceBasis(surface, c), Material(1e-4, poisson_ratio=0.3), formulation="classical"
+    )
+    noise = np.random.default_rng(0).standard_normal(c.shape)
+    return shell, c + 1e-3 * noise, surface
+
+
+def best(function: Callable[[], Any], repeats: int = 5) -> float:
+    """Shortest of several timings, after one warm-up."""
+    function()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def kernel_rows(n: int) -> list[Row]:
+    """Residual and tangent: fused kernel on 1 and 2 threads, pointwise path, plain form."""
+    rows = []
+    for degree in (2, 3):
+        shell, theta, _ = panel(n, degree)
+        small, near, _ = panel(6, degree)
+        arguments = plain_arguments(small, near)
+        exact = plain_tangent.assemble(small.basis, **arguments)
+        fused = small.gradient_and_tangent(near)[1]
+        error = float(abs(fused - exact).max() / abs(exact).max())
+        start = time.perf_counter()
+        plain_tangent.elemental(small.basis, **arguments)
+        plain = (time.perf_counter() - start) / 36
+        threads = kernels.get_num_threads()
+        seconds = {}
+        for count in sorted({1, threads}):
+            kernels.set_num_threads(count)
+            seconds[count] = best(lambda s=shell, x=theta: s._elements(x, True)) / n**2
+        kernels.set_num_threads(threads)
+        pointwise = PointwiseShell(shell.basis, StVenantKirchhoff(shell.material))
+        slow = best(lambda p=pointwise, x=theta: p.gradient_and_tangent(x), 2) / n**2
+        for name, value in (
+            ("fused, 1 thread", seconds[1]),
+            (f"fused, {threads} threads", seconds[threads]),
+            ("pointwise, any material", slow),
+            ("plain scikit-fem form", plain),
+        ):
+            rows.append(
+                {
+                    "case": f"p={degree}, {name}",
+                    "seconds": value * n**2,
+                    "error": error,
+                    "reference": "plain scikit-fem form",
+                    "us/element": 1e6 * value,
+                    "ratio": plain / value,
+                    "peer": "plain scikit-fem form",
+                }
+            )
+    return rows
+
+
+def rigid_modes(c: np.ndarray) -> np.ndarray:
+    """Six rigid motions of control points ``(n, 3)``: ``(3 n, 6)``."""
+    eye = np.eye(3)
+    shifts = np.tile(eye, (c.shape[0], 1))
+    turns = [np.cross(axis, c).ravel() for axis in eye]
+    return np.column_stack([shifts, *turns])
+
+
+def solver_rows(sizes: tuple[int, ...]) -> list[Row]:
+    """Direct factorization against smoothed aggregation with the rigid modes, on a tangent."""
+    rows = []
+    for n in sizes:
+        shell, _, surface = panel(n, 2)
+        edge = np.r_[vector_dofs(surface.ring(0)), vector_dofs(surface.ring(-1))]
+        E = extraction(surface.reduction, edge)
+        x, y = np.repeat(surface.s.greville, surface.t.n), np.tile(surface.t.greville, surface.s.n)
+        c = np.stack([x, y, 0.2 * x * (1.0 - x)], axis=1)
+        K = (E.T @ shell.gradient_and_tangent(c)[1] @ E).tocsr()
+        b = np.random.default_rng(0).standard_normal(K.shape[0])
+        start = time.perf_counter()
+        direct = factorize(K)(b)
+        direct_seconds = time.perf_counter() - start
+        start = time.perf_counter()
+        hierarchy = pyamg.smoothed_aggregation_solver(K, B=E.T @ rigid_modes(c), max_coarse=200)
+        counted = []
+        found, _ = cg(
+            K, b, rtol=1e-8, maxiter=2000, M=hierarchy.aspreconditioner(), callback=counted.append
+        )
+        amg_seconds = time.perf_counter() - start
+        rows.append(
+            {
+                "case": f"tangent of {n}^2 elements, p=2",
+                "seconds": direct_seconds,
+                "error": float(np.linalg.norm(K @ direct - b) / np.linalg.norm(b)),
+                "reference": "residual",
+                "unknowns": K.shape[0],
+                "ratio": amg_seconds / direct_seconds,
+                "peer": "pyamg + CG",
+                "peer error": float(np.linalg.norm(K @ found - b) / np.linalg.norm(b)),
+                "peer iterations": len(counted),
+            }
+        )
+    return rows
