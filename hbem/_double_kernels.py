@@ -1,0 +1,69 @@
+"""Compiled plain point sums of the double layer ``3 / 4 pi r_i r_k (r . n) / r^5`` [T 3.10b].
+
+Targets come in blocks of `BLOCK`, padded, one vector operation a source, as for the single layer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from ._sum_kernels import BLOCK
+
+FOUR_PI_THIRD = 4.0 * np.pi / 3.0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def double_components(x, y, normal, tiny, kernel):
+    """Six components between a weighted normal at y and all targets of a block."""
+    y0, y1, y2 = y[0], y[1], y[2]
+    n0, n1, n2 = normal[0] / FOUR_PI_THIRD, normal[1] / FOUR_PI_THIRD, normal[2] / FOUR_PI_THIRD
+    for t in range(BLOCK):
+        r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        inverse = 1.0 / (square if square > tiny else tiny)
+        five = (r0 * n0 + r1 * n1 + r2 * n2) * inverse * inverse * np.sqrt(inverse)
+        five = five if square > tiny else 0.0
+        kernel[0, t] = five * r0 * r0
+        kernel[1, t] = five * r0 * r1
+        kernel[2, t] = five * r0 * r2
+        kernel[3, t] = five * r1 * r1
+        kernel[4, t] = five * r1 * r2
+        kernel[5, t] = five * r2 * r2
+
+
+@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+def double_sums(targets, sources, normals, strengths, tiny, out, total):
+    """Sums for k strengths ``(n_sources, k, 3)`` and of the kernel itself.
+
+    Parameters
+    ----------
+    targets : (n_blocks, 3, BLOCK) array
+    sources, normals : (n_sources, 3) array
+        Normals carry the quadrature weights.
+    out, total : (n_blocks, k, 3, BLOCK), (n_blocks, 6, BLOCK) array
+        Results, overwritten.
+    """
+    for b in prange(targets.shape[0]):
+        kernel = np.empty((6, BLOCK))
+        out[b] = 0.0
+        total[b] = 0.0
+        for q in range(sources.shape[0]):
+            double_components(targets[b], sources[q], normals[q], tiny, kernel)
+            for c in range(6):
+                for t in range(BLOCK):
+                    total[b, c, t] += kernel[c, t]
+            for k in range(strengths.shape[1]):
+                f0, f1, f2 = strengths[q, k, 0], strengths[q, k, 1], strengths[q, k, 2]
+                u = out[b, k]
+                for t in range(BLOCK):
+                    u[0, t] += kernel[0, t] * f0 + kernel[1, t] * f1 + kernel[2, t] * f2
+                    u[1, t] += kernel[1, t] * f0 + kernel[3, t] * f1 + kernel[4, t] * f2
+                    u[2, t] += kernel[2, t] * f0 + kernel[4, t] * f1 + kernel[5, t] * f2
+
+
+@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+def double_matrix(targets, sources, normals, tiny, out):
+    """Components of one block of targets with every source: ``out (6, n_sources, BLOCK)``."""
+    for q in prange(sources.shape[0]):
+        double_components(targets, sources[q], normals[q], tiny, out[:, q])
