@@ -252,11 +252,6 @@ def impossible(scene: Scene) -> list[str]:
             "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
         ),
         (
-            scene.fluid.viscosity_ratio != 1.0,
-            f"fluid.viscosity_ratio: {scene.fluid.viscosity_ratio:g} needs the double layer, "
-            "which is not there yet; only 1 is possible",
-        ),
-        (
             scene.inflow.t2 < scene.inflow.t1,
             f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
             f"inflow.t1 = {scene.inflow.t1:g}",

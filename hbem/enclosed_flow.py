@@ -1,9 +1,10 @@
 """Stokes flow inside and outside a membrane that is inflated through an inflow patch.
 
-Equal viscosities: ``V tau = u`` on the closed surface, ``<tau, n> = 0`` [T 3.10a]. On the patch
-the data are ``u = -(phi(v) / int X) X n`` with the discrete flux ``phi(v)`` of the membrane
-velocity, so the total discrete flux vanishes and everything is linear in v:
-``load = R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v``, m = varpi / Re.
+``V tau = (1 + lambda) / 2 u + (1 - lambda) K u`` on the closed surface, ``<tau, n> = 0`` [T 5.4];
+equal viscosities leave out the double layer K. On the patch the data are
+``u = -(phi(v) / int X) X n`` with the discrete flux ``phi(v)`` of the membrane velocity, so the
+total discrete flux vanishes and everything is linear in v:
+``load = R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v`` (lambda = 1), m = varpi / Re.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse.linalg import LinearOperator, aslinearoperator, splu
 
+from .double_layer import DoubleLayer, double_layer
 from .krylov import DENSE_LIMIT, DenseSaddle, IterativeSaddle, SaddleSolution, saddle
 from .patches import SurfacePatches
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
+from .stokes import jump_data, needs_double_layer
 
 Profile = Callable[[np.ndarray], np.ndarray]
 
@@ -68,7 +71,7 @@ class EnclosedStokes:
     mass_ratio : float
         ``m = varpi / Re``.
     viscosity_ratio : float
-        Exterior over interior viscosity; only 1 is supported.
+        Exterior over interior viscosity; other than 1 it needs the double layer.
     orders : QuadratureOrders
     dense_limit : int
         Unknowns up to which the system is solved by LU.
@@ -79,7 +82,7 @@ class EnclosedStokes:
     Raises
     ------
     ValueError
-        A viscosity ratio other than 1, a mass ratio that is not positive, or an inflow array
+        A negative viscosity ratio, a mass ratio that is not positive, or an inflow array
         that does not fit or leaves no membrane or no patch.
     """
 
@@ -96,10 +99,9 @@ class EnclosedStokes:
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
         object.__setattr__(self, "inflow", inflow)
-        if self.viscosity_ratio != 1.0:
+        if not (np.isfinite(self.viscosity_ratio) and self.viscosity_ratio >= 0.0):
             raise ValueError(
-                f"viscosity_ratio = {self.viscosity_ratio}: only equal viscosities (1.0) are "
-                "supported; other ratios need the double layer"
+                f"viscosity_ratio must be finite and not negative, got {self.viscosity_ratio}"
             )
         if not self.mass_ratio > 0.0:
             raise ValueError(f"mass_ratio must be positive, got {self.mass_ratio}")
@@ -182,6 +184,26 @@ class EnclosedOperator:
     def _influx_data(self) -> np.ndarray:
         return self.surface.project(self._unit_influx)
 
+    @cached_property
+    def double(self) -> DoubleLayer | None:
+        """The double layer; None for equal viscosities."""
+        if not needs_double_layer(self.model.viscosity_ratio):
+            return None
+        return double_layer(self.surface, self.model.orders)
+
+    @cached_property
+    def _mass_factor(self):
+        return splu(self.surface.mass.tocsc())
+
+    def right_hand_side(self, tested: np.ndarray) -> np.ndarray:
+        """Data of the traction jump from tested velocities ``(3 n_dofs,)`` or ``(3 n_dofs, k)``."""
+        if self.double is None:
+            return tested
+        projected = self._mass_factor.solve(tested.reshape(self.surface.mass.shape[0], -1))
+        double = self.double if tested.ndim == 1 else aslinearoperator(self.double.dense())
+        ratio = self.model.viscosity_ratio
+        return jump_data(tested, ratio, double, projected.reshape(tested.shape))
+
     def flux(self, velocity: np.ndarray) -> float:
         """Discrete flux of ``velocity (n_coefficients, 3)`` out through the membrane."""
         return float(np.sum(self.flux_form * velocity))
@@ -202,7 +224,7 @@ class EnclosedOperator:
         if np.shape(velocity) != expected:
             raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
         data = self.coupling @ velocity + self.flux(velocity) * self._influx_data
-        solved: SaddleSolution = self.system.solve(data.ravel())
+        solved: SaddleSolution = self.system.solve(self.right_hand_side(data.ravel()))
         return Traction(
             solved.solution.reshape(-1, 3),
             float(solved.zeta),
@@ -242,7 +264,7 @@ class Response(LinearOperator):
         coupling = op.coupling[:, moving].toarray()
         data = np.einsum("ab,ik->aibk", coupling, np.eye(3)).reshape(-1, columns.size)
         influx = np.outer(op._influx_data.ravel(), op.flux_form[moving].ravel())
-        tractions = self._solve(data + influx).reshape(coupling.shape[0], -1)
+        tractions = self._solve(op.right_hand_side(data + influx)).reshape(coupling.shape[0], -1)
         load = -op.model.mass_ratio * (coupling.T @ tractions)
         matrix[np.ix_(columns, columns)] = load.reshape(columns.size, columns.size)
         return matrix

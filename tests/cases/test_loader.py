@@ -92,7 +92,7 @@ def test_all_problems_at_once(tmp_path):
         ('[mesh]\ndegree = 2\njoints = "double"', "mesh.joints: 'double' knots on degree 2"),
         ("[inflow]\nt1 = 5\nt2 = 4", "inflow.t2: 4 lies before the end of the ramp"),
         ("[time]\ndt = 8\nend = 4", "time.end: 4 is less than one step"),
-        ("[fluid]\nviscosity_ratio = 2", "needs the double layer"),
+        ("[fluid]\nviscosity_ratio = 0", "fluid.viscosity_ratio: 0.0 must be above"),
         ("[output]\npicture = 1", "output.picture: must be true or false, not 1"),
         ("[time]\ndt = true", "time.dt: must be a number, not true"),
         ("[time]\ndt = inf", "time.dt: must be finite"),

@@ -95,9 +95,24 @@ def test_union_of_membrane_and_patch():
     np.testing.assert_allclose(A[:n, n:], A[n:, :n].T, atol=1e-4 * np.abs(alone).max())
 
 
+def test_other_viscosity_ratios():
+    """The dense response is the load of the traction; inner flow only costs less drag."""
+    model = bag(viscosity_ratio=0.3)
+    operator = model.assemble(model.patches.coefficients)
+    velocity = np.random.default_rng(1).standard_normal(model.patches.coefficients.shape)
+    load = operator.load(operator.traction(velocity)).ravel()
+    dense = operator.response().dense() @ velocity.ravel()
+    assert np.abs(dense - load).max() < 1e-9 * np.abs(load).max()
+    assert operator.double.gauss_error < 1e-3
+    u = np.tile([0.0, 1.0, 0.0], (model.patches.n_coefficients, 1))
+    equal = bag().assemble(model.patches.coefficients)
+    forces = [np.linalg.norm(o.load(o.traction(u)).sum(axis=0)) for o in (operator, equal)]
+    assert 0.3 * forces[1] < forces[0] < forces[1]
+
+
 def test_wrong_arguments():
-    with pytest.raises(ValueError, match="double layer"):
-        bag(viscosity_ratio=0.5)
+    with pytest.raises(ValueError, match="not negative"):
+        bag(viscosity_ratio=-0.5)
     body = sphere(4, 5)
     with pytest.raises(ValueError, match="mass_ratio"):
         EnclosedStokes(body, np.arange(20) < 5, lambda x: x[:, 2], mass_ratio=0.0)
