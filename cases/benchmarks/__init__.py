@@ -22,6 +22,9 @@ BENCHMARKS: Mapping[str, Entry] = {
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
+    "integrals": Entry(
+        "cases.benchmarks.integrals", "single and double layer: exact flows, near rules, speed"
+    ),
     "shells": Entry(
         "cases.benchmarks.shells", "roof, locking and large rotations against published figures"
     ),
