@@ -91,16 +91,16 @@ def gmres(
         if left <= 0:
             return Krylov(x, KrylovResult.ITERATIONS, residual, tuple(history))
         # half of the tolerance: the estimate and the true residual differ by rounding
-        step, estimates = _cycle(
-            apply, precondition, r, 0.5 * tolerance / residual, min(left, restart)
-        )
+        steps = min(left, restart)
+        step, estimates = _cycle(apply, precondition, r, 0.5 * tolerance / residual, steps)
         history += [e * residual for e in estimates]
         new = rhs - apply(x + step)
         gained = float(np.linalg.norm(new) / size)
         if gained < residual:
             x, r = x + step, new
         before, residual = residual, min(gained, residual)
-        if residual > tolerance and gained > PROGRESS * before and left > len(estimates):
+        # a cycle that ended early believed in more than it gained; a full one is only slow
+        if residual > tolerance and gained > PROGRESS * before and len(estimates) < steps:
             return Krylov(x, KrylovResult.STAGNATED, residual, tuple(history))
     return Krylov(x, KrylovResult.CONVERGED, residual, tuple(history))
 

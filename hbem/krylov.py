@@ -249,7 +249,9 @@ class PreconditionerStore:
         if self._first is None:
             self._first = iterations
         elif iterations > self.growth * self._first + self.slack:
-            logger.info("preconditioner dropped: %d iterations, %d at first", iterations, self._first)
+            logger.info(
+                "preconditioner dropped: %d iterations, %d at first", iterations, self._first
+            )
             self.drop()
 
     def drop(self) -> None:

@@ -211,8 +211,7 @@ def two_level_schwarz(
     around = patches_around(functions, clusters, options.overlap)
     start = time.perf_counter()
     inverses = [
-        _own_rows(block, 3 * own.size)
-        for own, block in zip(clusters, blocks(around), strict=True)
+        _own_rows(block, 3 * own.size) for own, block in zip(clusters, blocks(around), strict=True)
     ]
     middle = time.perf_counter()
     coarse = coarse_densities(functions, clusters)
@@ -253,7 +252,7 @@ def product(operator: LinearOperator, densities: csr_matrix) -> np.ndarray:
     """
     if hasattr(operator, "dense"):
         # rows of a transposed product: both factors are then read in their storage order
-        return np.asarray((densities.T.tocsr() @ operator.dense().T)).T
+        return np.asarray(densities.T.tocsr() @ operator.dense().T).T
     return operator @ densities.toarray()
 
 
