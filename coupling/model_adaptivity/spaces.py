@@ -91,12 +91,25 @@ class FlowSpace:
         n = self.n_velocity
         return x[:n], x[n : 2 * n], x[2 * n :]
 
-    def interpolate(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
-        """A field of another space on this one's nodes (exact if that space is contained)."""
+    def nodal(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
+        """Values at this space's nodes of a field of another space on the same mesh."""
+        parts = zip(self.split(np.empty(self.n)), other.split(x), "uup", strict=True)
+        bases = {"u": (self.velocity, other.velocity), "p": (self.pressure, other.pressure)}
+        return np.concatenate([_nodal(part, values, *bases[k]) for part, values, k in parts])
+
+    def transfer(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
+        """Values at this space's nodes of a field on another mesh of the same domain."""
         ux, uy, p = other.split(x)
-        to_velocity = other.velocity.probes(self.velocity.doflocs)
-        to_pressure = other.pressure.probes(self.pressure.doflocs)
-        return np.concatenate([to_velocity @ ux, to_velocity @ uy, to_pressure @ p])
+        velocity = other.velocity.probes(self.velocity.doflocs)
+        pressure = other.pressure.probes(self.pressure.doflocs)
+        return np.concatenate([velocity @ ux, velocity @ uy, pressure @ p])
+
+
+def _nodal(result: np.ndarray, x: np.ndarray, to: CellBasis, source: CellBasis) -> np.ndarray:
+    nodes = to.elem.doflocs.T
+    phi = np.array([source.elem.lbasis(nodes, i)[0] for i in range(source.Nbfun)])
+    result[to.element_dofs] = np.einsum("ik,ie->ke", phi, x[source.element_dofs])
+    return result
 
 
 def taylor_hood(mesh: Mesh, degree: int = 2) -> FlowSpace:
