@@ -95,9 +95,7 @@ def refinements(
             mesh = mesh.refined(np.argsort(-np.abs(eta), kind="stable")[:count])
 
 
-def indicators(
-    flow: MixedFlow, x: np.ndarray, richer: MixedFlow, goal: Goal
-) -> np.ndarray:
+def indicators(flow: MixedFlow, x: np.ndarray, richer: MixedFlow, goal: Goal) -> np.ndarray:
     """Shares of elements in the discretisation error of the goal.
 
     Parameters

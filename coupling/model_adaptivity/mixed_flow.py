@@ -136,7 +136,7 @@ def mixed_flow(
     if not reynolds > 0.0:
         raise ValueError(f"a Reynolds number is positive, got {reynolds}")
     space = taylor_hood(mesh, degree)
-    fixed, values = _prescribed(space, dirichlet)
+    fixed, values = prescribed(space, dirichlet)
     facets = FacetBasis(mesh, space.velocity.elem, facets=outlet) if outlet else None
     viscous, saddle = _viscous(space, facets if stress else None, stress), _saddle(space)
     places = pattern(space, fixed)
@@ -154,9 +154,8 @@ def mixed_flow(
     )
 
 
-def _prescribed(
-    space: FlowSpace, dirichlet: Mapping[str, Profile]
-) -> tuple[np.ndarray, np.ndarray]:
+def prescribed(space: FlowSpace, dirichlet: Mapping[str, Profile]) -> tuple[np.ndarray, np.ndarray]:
+    """Flags and values ``(n,)`` of the prescribed velocities of a space."""
     fixed, values = np.zeros(space.n, dtype=bool), np.zeros(space.n)
     for name, profile in dirichlet.items():
         dofs = space.velocity.get_dofs(name).flatten()

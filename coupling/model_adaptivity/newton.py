@@ -14,7 +14,7 @@ from enum import Enum
 
 import numpy as np
 
-from .factor import Factor, LinearSolveError
+from .factor import LinearSolveError
 from .mixed_flow import MixedFlow
 
 logger = logging.getLogger(__name__)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import block_array, csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
@@ -72,7 +72,7 @@ def cut(
     check_partition(mesh, flagged, outlet)
     problems = []
     for part in (flagged, ~flagged):
-        piece = _restricted(mesh, part)
+        piece = restricted(mesh, part)
         named = {k: v for k, v in dirichlet.items() if k in piece.boundaries}
         out = outlet if outlet in piece.boundaries else None
         problems.append(mixed_flow(piece, named, reynolds=reynolds, outlet=out, stress=stress))
@@ -90,7 +90,7 @@ def check_partition(mesh: Mesh, flagged: np.ndarray, outlet: str) -> None:
             f"the interface touches the outflow {outlet!r}: partitioned solvers need all elements "
             "there in the Navier-Stokes part; flag them"
         )
-    labels = _pieces(mesh, flagged)
+    labels = pieces_of(mesh, flagged)
     owners = mesh.f2t[0, mesh.boundaries[outlet]]
     if stranded := sorted(set(labels[flagged]) - set(labels[owners])):
         raise ValueError(
@@ -99,16 +99,15 @@ def check_partition(mesh: Mesh, flagged: np.ndarray, outlet: str) -> None:
         )
 
 
-def _pieces(mesh: Mesh, flagged: np.ndarray) -> np.ndarray:
-    """Number of the connected piece of each flagged element, -1 for others."""
+def pieces_of(mesh: Mesh, part: np.ndarray) -> np.ndarray:
+    """Number of the piece, connected through edges, of each element of a part; -1 for others."""
     left, right = mesh.f2t
-    both = (right >= 0) & flagged[left] & flagged[right]
-    n = flagged.size
-    graph = csr_array((np.ones(both.sum()), (left[both], right[both])), shape=(n, n))
-    return np.where(flagged, connected_components(graph, directed=False)[1], -1)
+    both = (right >= 0) & part[left] & part[right]
+    graph = csr_array((np.ones(both.sum()), (left[both], right[both])), shape=(part.size,) * 2)
+    return np.where(part, connected_components(graph, directed=False)[1], -1)
 
 
-def _restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
+def restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
     """Submesh with its share of the named boundaries and, as one more, the interface."""
     piece = mesh.restrict(np.flatnonzero(part))
     named = {k: v for k, v in (piece.boundaries or {}).items() if len(v)}
@@ -157,7 +156,9 @@ def monolithic(parts: Parts, *, tolerance: float = 1e-13, max_iterations: int = 
         No convergence.
     """
     inner, outer = parts.inner, parts.outer
-    free = np.concatenate([np.flatnonzero(~inner.fixed), np.flatnonzero(~outer.fixed) + inner.space.n])
+    free = np.concatenate(
+        [np.flatnonzero(~inner.fixed), np.flatnonzero(~outer.fixed) + inner.space.n]
+    )
     # outer interface unknowns are those of the inner part
     alias = np.arange(inner.space.n + outer.space.n)
     alias[parts.outer_trace + inner.space.n] = parts.inner_trace
@@ -171,9 +172,7 @@ def monolithic(parts: Parts, *, tolerance: float = 1e-13, max_iterations: int = 
     size = np.inf
     for k in range(max_iterations):
         a, b = x[: inner.space.n], x[inner.space.n :]
-        r = np.concatenate(
-            [inner.residual(a, inner.everywhere), outer.residual(b, outer.nowhere)]
-        )
+        r = np.concatenate([inner.residual(a, inner.everywhere), outer.residual(b, outer.nowhere)])
         r = gather.T @ r
         before, size = size, float(np.linalg.norm(r))
         if size <= tolerance and size > 0.25 * before:
@@ -197,6 +196,4 @@ def whole_tangent(flow: MixedFlow, x: np.ndarray | None = None) -> csr_array:
 
 
 def _block(a: csr_array, b: csr_array) -> csr_array:
-    from scipy.sparse import block_array
-
     return csr_array(block_array([[a, None], [None, b]]))
