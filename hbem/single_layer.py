@@ -8,6 +8,7 @@ determined up to a constant pressure, which the constraint ``<tau, n> = 0`` fixe
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,8 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from . import _far_kernels as kernels
+from .blocks import ExactBlocks, vector_dofs
+from .coarse_image import CoarseSpace, coarse_image
 from .near import coincidence
 from .near_field import NearField, near_field, table_values
 from .patches import SurfacePatches
@@ -53,6 +56,14 @@ class SingleLayer(LinearOperator):
         """The matrix ``(3 n_dofs, 3 n_dofs)``."""
         raise NotImplementedError
 
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        """Exact blocks ``(3 n, 3 n)`` between the functions of each patch, in order."""
+        return ExactBlocks(self.surface, self.near).many(patches)
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        """Product with all coarse densities, to about 1e-5: ``(3 n_dofs, k)``."""
+        return coarse_image(self.surface, self.near, coarse)
+
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
 
@@ -66,6 +77,13 @@ class StoredSingleLayer(SingleLayer):
 
     def dense(self) -> np.ndarray:
         return self._matrix
+
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        return (self._matrix[np.ix_(d, d)] for d in map(vector_dofs, patches))
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        # rows of a transposed product: both factors are then read in their storage order
+        return np.asarray(coarse.densities.T.tocsr() @ self._matrix.T).T
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix @ x
