@@ -116,6 +116,7 @@ class SurfaceBasis(AbstractBasis):
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
         self._evaluate(xi, eta)
+        self.source = reference
         self.reference = reference if isinstance(reference, Jets) else self._jets_of(reference)
         area = np.linalg.norm(self.reference.normal, axis=-1)
         if not np.all(ok := area > 1e-14 * area.max()):

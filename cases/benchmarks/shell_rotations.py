@@ -42,12 +42,15 @@ ANNULUS_TABLE = np.fromstring(
 ANNULUS_CONVERGED = (13.842, 17.480)  # p = 4 on 60 x 8
 
 
-def strip(length: float, n: int, degree: int) -> tuple[np.ndarray, ShellStructure]:
+def strip(
+    length: float, n: int, degree: int, membrane: str = "gauss"
+) -> tuple[np.ndarray, ShellStructure]:
     """Coefficients and structure of a cantilever of unit width, h = 0.1, E = 1.2e6."""
     s, t = SplineSpace(np.linspace(0.0, length, n + 1), degree), SplineSpace([0.0, 1.0], degree)
     surface = SplineSurface(s, t)
     c = stack(np.repeat(s.greville, t.n), np.tile(t.greville, s.n), 0.0)
-    shell = KirchhoffLove(SurfaceBasis(surface, c), Material(0.1**2 / 12.0, stiffness=1.2e5))
+    material = Material(0.1**2 / 12.0, stiffness=1.2e5)
+    shell = KirchhoffLove(SurfaceBasis(surface, c), material, membrane=membrane)
     return c, ShellStructure(shell, supported(surface, clamp(surface, "s", 0, (2,))))
 
 
@@ -57,9 +60,9 @@ def _tips(path: Path, structure: ShellStructure, c: np.ndarray) -> np.ndarray:
     return np.array([(step.state.coefficients - c)[rows].mean(axis=0) for step in path.steps])
 
 
-def shear(n: int, degree: int) -> tuple[np.ndarray, int]:
+def shear(n: int, degree: int, membrane: str = "gauss") -> tuple[np.ndarray, int]:
     """Tip (-U, W) of the cantilever (L = 10) at the table's fractions of the end shear 4."""
-    c, structure = strip(10.0, n, degree)
+    c, structure = strip(10.0, n, degree, membrane)
     force = line_load(structure.shell.basis.surface, "s", 1, np.array([0.0, 0.0, 4.0]), c)
     path = load_path(structure, c, lambda f: f * force, SHEAR_TABLE[:, 0])
     return _tips(path, structure, c)[:, [0, 2]] * [-1.0, 1.0], path.newton_iterations
@@ -76,9 +79,9 @@ def exact_moment(fraction: float) -> np.ndarray:
     return np.array([12.0 - stretch * np.sin(angle) / k, stretch * (1.0 - np.cos(angle)) / k])
 
 
-def moment(n: int, degree: int) -> tuple[float, int]:
+def moment(n: int, degree: int, membrane: str = "gauss") -> tuple[float, int]:
     """Largest tip error along the path to the full circle (L = 12), absolute."""
-    c, structure = strip(12.0, n, degree)
+    c, structure = strip(12.0, n, degree, membrane)
     fractions = np.arange(1, 21) / 20
     surface, full = structure.shell.basis.surface, 50.0 * np.pi / 3.0
     path = load_path(structure, c, lambda f: end_moment(surface, "s", 1, full * f, c), fractions)
@@ -87,7 +90,9 @@ def moment(n: int, degree: int) -> tuple[float, int]:
     return float(np.abs(tips - exact).max()), path.newton_iterations
 
 
-def annulus_structure(around: int, across: int, degree: int) -> tuple[np.ndarray, ShellStructure]:
+def annulus_structure(
+    around: int, across: int, degree: int, membrane: str = "gauss"
+) -> tuple[np.ndarray, ShellStructure]:
     """Flat coefficients and structure of the slit annulus; unknowns are displacements."""
     inner, outer, h = 6.0, 10.0, 0.03
     s = SplineSpace(np.linspace(0.0, 2.0 * np.pi, around + 1), degree)
@@ -103,15 +108,19 @@ def annulus_structure(around: int, across: int, degree: int) -> tuple[np.ndarray
         )
 
     material = Material(h**2 / 12.0, stiffness=21e6 * h)
-    shell = KirchhoffLove(SurfaceBasis(surface, ring), material, exact_reference=True)
+    shell = KirchhoffLove(
+        SurfaceBasis(surface, ring), material, exact_reference=True, membrane=membrane
+    )
     a, r = np.repeat(s.greville, t.n), np.tile(t.greville, s.n)
     flat = stack(r * np.cos(a), -r * np.sin(a), 0.0)
     return flat, ShellStructure(shell, supported(surface, clamp(surface, "s", 0, (2,))))
 
 
-def annulus(around: int, across: int, degree: int) -> tuple[np.ndarray, int]:
+def annulus(
+    around: int, across: int, degree: int, membrane: str = "gauss"
+) -> tuple[np.ndarray, int]:
     """Lift of both corners of the slit annulus at the table's fractions of the line load 0.8."""
-    flat, structure = annulus_structure(around, across, degree)
+    flat, structure = annulus_structure(around, across, degree, membrane)
     surface = structure.shell.basis.surface
     force = line_load(surface, "s", 1, np.array([0.0, 0.0, 0.8]), flat)
     start = np.zeros_like(flat)

@@ -172,6 +172,31 @@ def test_formulations_and_locking():
     assert found == pytest.approx([0.479, 0.878, 0.972], abs=2e-3)
 
 
+def test_patch_rule_does_not_lock():
+    """Thickness over radius 1e-4 on 16^2: 0.976 of the deflection where Gauss points give 0.431."""
+    exact = shell_roof.roof(16, 5, thickness=0.0025, membrane="patch")[0]
+    found = shell_roof.roof(16, 3, thickness=0.0025, membrane="patch")[0]
+    assert found / exact == pytest.approx(0.976, abs=5e-3)
+    lift, _ = shell_rotations.annulus(24, 3, 3, "patch")
+    assert lift[-1] == pytest.approx(shell_rotations.ANNULUS_CONVERGED, rel=8e-3)
+
+
+def test_patch_rule_on_poles_and_blocks():
+    """The inflated sphere with reduced membrane points, and refusals."""
+    surface, c = sphere(3, 8, 12)
+    basis = SurfaceBasis(surface, c)
+    shell = KirchhoffLove(basis, Material(1e-6, poisson_ratio=0.3), membrane="patch")
+    structure = ShellStructure(shell, extraction(surface.reduction), EnclosedVolume(basis))
+    end = minimise(structure, c, (1.2 - 1.0 / 1.2) * 1.3)
+    assert end.ok
+    ratio = structure.volume(end.state.coefficients) / structure.volume(c)
+    assert ratio ** (1.0 / 3.0) == pytest.approx(1.2, rel=2e-5)
+    ragged = surface.restrict(np.arange(17))
+    part = SurfaceBasis(ragged, c[ragged.kept])
+    with pytest.raises(ValueError, match="rectangular block"):
+        KirchhoffLove(part, Material(1e-6), membrane="patch")
+
+
 def test_fused_kernel_is_worth_it():
     """Coarse and on a busy machine: the benchmark shows 80 and more."""
     rows = shell_speed.kernel_rows(8)
