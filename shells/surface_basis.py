@@ -22,6 +22,19 @@ from .splines import bernstein
 from .surface import SplineSurface
 
 
+def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
+    """Which elements have parallel tangents, and where."""
+    bad = np.flatnonzero(~ok.all(axis=1))
+    e = int(bad[0])
+    i, j = np.divmod(surface.selected[e], surface.t.n_elements)
+    q = int(np.flatnonzero(~ok[e])[0])
+    where = ", ".join(f"{x:.4g}" for x in points[e, q])
+    return (
+        f"{bad.size} element(s) of the reference surface are degenerate (parallel tangents or not "
+        f"finite): first element ({i}, {j}) near ({where}); check its control points"
+    )
+
+
 @dataclass(frozen=True)
 class Jets:
     """A surface and its derivatives at quadrature points.
@@ -103,10 +116,11 @@ class SurfaceBasis(AbstractBasis):
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
         self._evaluate(xi, eta)
+        self.source = reference
         self.reference = reference if isinstance(reference, Jets) else self._jets_of(reference)
         area = np.linalg.norm(self.reference.normal, axis=-1)
-        if not np.all(area > 1e-14 * area.max()):
-            raise ValueError("the reference surface is degenerate: parallel tangents")
+        if not np.all(ok := area > 1e-14 * area.max()):
+            raise ValueError(_degenerate(surface, ok, self.reference.value))
         hs, ht = self._sizes
         self.dx = area * self.W * (hs * ht)[:, None]
         self.mesh = MeshQuad.init_tensor(surface.s.breaks, surface.t.breaks)
