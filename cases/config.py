@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 # Shapes a scene may name, and whether they have a patch the fluid flows in through.
 GEOMETRIES: Mapping[str, bool] = {"pancake": True, "sphere": False}
@@ -184,6 +184,8 @@ DETERMINED: Mapping[str, str] = {
 class Scene:
     """Everything a run is made of; see `cases.loader` for the way from and to TOML."""
 
+    kind: ClassVar[str] = "inflation"
+
     name: str
     description: str = ""
     geometry: Geometry = Geometry()
@@ -195,6 +197,16 @@ class Scene:
     coupling: Coupling = Coupling()
     output: Output = Output()
     physical: Physical | None = None
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """For run.json."""
+        return {
+            "fluid.tolerance": self.fluid.tolerance,
+            "fluid.krylov_tolerance": self.fluid.krylov_tolerance,
+            "coupling.tolerance": self.coupling.tolerance,
+            "coupling.absolute_tolerance": self.coupling.absolute_tolerance,
+        }
 
 
 SECTIONS: Mapping[str, type] = {
@@ -268,8 +280,3 @@ def impossible(scene: Scene) -> list[str]:
         ),
     ]
     return [message for wrong, message in cases if wrong]
-
-
-def section_fields(name: str) -> dict[str, Any]:
-    """Fields of a section by name."""
-    return {f.name: f for f in fields(SECTIONS[name])}

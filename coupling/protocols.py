@@ -205,6 +205,15 @@ class Outcome:
     counts: Mapping[str, float]
     detail: str = ""
 
+    @property
+    def where(self) -> str:
+        return f"step {self.step}, t = {self.t:g}"
+
+    @property
+    def summary(self) -> str:
+        rejected, assemblies = (self.counts.get(k, 0) for k in ("rejected", "assemblies"))
+        return f"{rejected} rejected steps, {assemblies} assemblies"
+
 
 class Recorder(Protocol):
     """Receives what happens; never changes it."""

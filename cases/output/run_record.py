@@ -52,13 +52,7 @@ class RunRecord(Silent):
             "result": RUNNING,
             "versions": versions(),
             "machine": machine(),
-            "tolerances": {
-                "fluid.tolerance": scene.fluid.tolerance,
-                "fluid.krylov_tolerance": scene.fluid.krylov_tolerance,
-                "coupling.tolerance": scene.coupling.tolerance,
-                "coupling.absolute_tolerance": scene.coupling.absolute_tolerance,
-                **(tolerances or {}),
-            },
+            "tolerances": {**scene.tolerances, **(tolerances or {})},
             "skips": old.get("skips", []),
             "sessions": [*old.get("sessions", []), self._session],
         }
@@ -108,12 +102,16 @@ class RunRecord(Silent):
         self.write()
 
     def close(self, outcome: Outcome) -> None:
+        self.ended(outcome, t=outcome.t)
+
+    def ended(self, outcome: Any, **figures: float) -> None:
+        """Note how a run of any kind ended."""
         self._session["counts"] = dict(outcome.counts)
         self._record.update(
             result=outcome.result.name.lower(),
             advice=outcome.detail,
             step=outcome.step,
-            t=outcome.t,
+            **figures,
         )
         self.write()
 

@@ -198,18 +198,18 @@ def adapt(
         yield replace(step, result=result)
         if result is not Result.RUNNING:
             return
-        flagged = flagged | _enlargement(flow, step, strategy)
+        flagged = enlarged(flow, step, strategy)
 
 
-def _enlargement(flow: MixedFlow, step: Step, strategy: Strategy) -> np.ndarray:
-    """Elements to add; a layer where there is no estimate or nothing is marked."""
+def enlarged(flow: MixedFlow, step: Step, strategy: Strategy) -> np.ndarray:
+    """Flags of the next step; a layer more where there is no estimate or nothing is marked."""
     new = np.zeros_like(step.flagged)
     if step.estimated is not None:
         eta = step.estimated.indicators
         new = marked(eta, step.flagged, strategy.marking, strategy.parameter)
     else:
         logger.warning("step %d: %s", step.index, step.solution.outcome.value)
-    return new if new.any() else grown(flow.space, step.flagged)
+    return step.flagged | (new if new.any() else grown(flow.space, step.flagged))
 
 
 def _result(step: Step, strategy: Strategy) -> Result:
