@@ -122,10 +122,10 @@ def best(function: Callable[[], Any], repeats: int = 5) -> float:
     return min(times)
 
 
-def kernel_rows(n: int) -> list[Row]:
+def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
     """Residual and tangent: fused kernel on 1 and 2 threads, pointwise path, plain form."""
     rows = []
-    for degree in (2, 3):
+    for degree in degrees:
         shell, theta, _ = panel(n, degree)
         small, near, _ = panel(6, degree)
         arguments = plain_arguments(small, near)
