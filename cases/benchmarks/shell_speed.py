@@ -36,7 +36,10 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.cross(a, b, axis=0)
+    # three times faster than np.cross on arrays of this shape: the peer gets a fair chance
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 @BilinearForm
@@ -127,14 +130,13 @@ def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
     rows = []
     for degree in degrees:
         shell, theta, _ = panel(n, degree)
-        small, near, _ = panel(6, degree)
-        arguments = plain_arguments(small, near)
-        exact = plain_tangent.assemble(small.basis, **arguments)
-        fused = small.gradient_and_tangent(near)[1]
-        error = float(abs(fused - exact).max() / abs(exact).max())
+        # on the same mesh: on few elements the plain form's calls would cost more than its work
+        arguments = plain_arguments(shell, theta)
         start = time.perf_counter()
-        plain_tangent.elemental(small.basis, **arguments)
-        plain = (time.perf_counter() - start) / 36
+        exact = plain_tangent.elemental(shell.basis, **arguments)
+        plain = (time.perf_counter() - start) / n**2
+        exact, fused = exact.tocsr(), shell.gradient_and_tangent(theta)[1]
+        error = float(abs(fused - exact).max() / abs(exact).max())
         threads = kernels.get_num_threads()
         seconds = {}
         for count in sorted({1, threads}):
