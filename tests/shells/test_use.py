@@ -221,3 +221,11 @@ def test_resultants_and_files_of_a_stretched_strip(tmp_path):
     assert mesh.points[:, 0].max() == pytest.approx(4.4)
     assert mesh.point_data["displacement"][:, 0].max() == pytest.approx(0.4)
     assert mesh.cell_data["stretch"][0][:, 0] == pytest.approx(np.full(32, 1.1))
+
+
+def test_the_package_example():
+    import doctest
+
+    import shells
+
+    assert doctest.testmod(shells).failed == 0
