@@ -46,7 +46,8 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
     fixed = rim(surface, body.rim_ring, c.inflow_rim)
     E = extraction(surface.reduction, fixed, body.patch.n_coefficients)
-    return ShellStructure(KirchhoffLove(basis, material), E, EnclosedVolume(basis, offset))
+    shell = KirchhoffLove(basis, material, membrane=c.membrane)
+    return ShellStructure(shell, E, EnclosedVolume(basis, offset))
 
 
 def fluid(scene: Scene, body: Bag) -> object | None:

@@ -54,7 +54,8 @@ class Mesh:
 class Structure:
     """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
 
-    ``quadrature`` counts Gauss points per direction; 0 means degree + 1.
+    ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
+    points of the membrane energy: ``"patch"`` is the reduced rule that does not lock.
     """
 
     stiffness: float = rule(1.0, above=0.0)
@@ -63,6 +64,7 @@ class Structure:
     flexural_rigidity: float = rule(1e-2, above=0.0)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
+    membrane: str = rule("gauss", choices=("gauss", "patch"))
 
 
 @dataclass(frozen=True)

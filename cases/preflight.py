@@ -11,6 +11,7 @@ import numpy as np
 
 from coupling.stability import contraction_forecast
 
+from . import locking
 from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
@@ -55,7 +56,9 @@ def contraction(scene: Scene, body: Bag | None = None) -> float:
 def forecast(scene: Scene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
     body = initial_bag(scene)
-    items, warnings = _sizes(scene, body), _structure_warnings(scene, body)
+    items = _sizes(scene, body)
+    locked = locking.warning(scene, body)
+    warnings = [locked] if locked else []
     if scene.fluid.model == "pressure":
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:
@@ -104,18 +107,6 @@ def _sizes(scene: Scene, body: Bag) -> list[Item]:
         Item("time of a membrane wave", body.extent, "", "extent over wave speed 1"),
         Item("time of the inflow", scene.inflow.t1 + scene.inflow.t2),
     ]
-
-
-def _structure_warnings(scene: Scene, body: Bag) -> list[str]:
-    thickness = np.sqrt(12.0 * scene.structure.flexural_rigidity)
-    ratio = thickness / scene.geometry.radius
-    size = np.pi * scene.geometry.radius / scene.mesh.rim
-    if ratio < 0.05 and scene.mesh.degree == 2:
-        return [
-            f"thickness over fold radius is {ratio:.1e}: quadratic splines lock there (half the "
-            f"answer at 1e-3 on elements of {size:.2g}); set mesh.degree = 3"
-        ]
-    return []
 
 
 def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:

@@ -99,6 +99,7 @@ class KirchhoffLove:
         if formulation not in ("parametrization-free", "classical"):
             raise ValueError(f"unknown formulation {formulation!r}")
         self.basis, self.material = basis, material
+        self.exact_reference = exact_reference
         reference = basis.reference
         G, bend = frame_transform(reference), None
         if formulation == "classical":

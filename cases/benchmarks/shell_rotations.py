@@ -168,12 +168,16 @@ def rotation_rows(quick: bool) -> list[Row]:
                 value=f"absolute {error:.1e}",
             )
         )
-    for m, k, p in ((30, 4, 3),) if quick else ((40, 6, 3), (60, 8, 3), (60, 8, 4)):
+    coarse, fine = (
+        ((24, 3, 3, "gauss"), (24, 3, 3, "patch")),
+        ((40, 6, 3, "gauss"), (60, 8, 4, "gauss")),
+    )
+    for m, k, p, rule in coarse if quick else coarse + fine:
         start = time.perf_counter()
-        lift, newton = annulus(m, k, p)
+        lift, newton = annulus(m, k, p, rule)
         rows.append(
             _row(
-                f"slit annulus {m}x{k} p={p}",
+                f"slit annulus {m}x{k} p={p}, {rule} membrane points",
                 time.perf_counter() - start,
                 newton,
                 error=float(np.abs(lift[-1] / ANNULUS_CONVERGED - 1.0).max()),

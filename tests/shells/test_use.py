@@ -200,3 +200,32 @@ def test_path_of_volumes_with_kept_factors():
         assert structure.volume(path.state.coefficients) == pytest.approx(1.4 * start, rel=1e-12)
         pressures.append(path.state.pressure)
     assert pressures[1] == pytest.approx(pressures[0], rel=1e-8)
+
+
+def test_resultants_and_files_of_a_stretched_strip(tmp_path):
+    """Uniaxial tension: n = E h e with e = (l^2 - 1) / 2, and both stretches."""
+    import meshio
+
+    from cases.output.shell_fields import write_shell
+    from shells.stress import stress
+
+    _, c, shell = plate(4, 2)
+    stretched = c * [1.1, 1.0, 1.0]
+    e = 0.5 * (1.1**2 - 1.0)
+    found = stress(shell, stretched)
+    assert found.membrane[..., :2] == pytest.approx(np.broadcast_to([e, 0.3 * e], (8, 16, 2)))
+    assert found.stretches == pytest.approx(np.broadcast_to([1.1, 1.0], (8, 16, 2)))
+    write_shell(tmp_path / "strip.vtu", shell, stretched, tessellate=2)
+    mesh = meshio.read(tmp_path / "strip.vtu")
+    assert mesh.points.shape == (8 * 9, 3)
+    assert mesh.points[:, 0].max() == pytest.approx(4.4)
+    assert mesh.point_data["displacement"][:, 0].max() == pytest.approx(0.4)
+    assert mesh.cell_data["stretch"][0][:, 0] == pytest.approx(np.full(32, 1.1))
+
+
+def test_the_package_example():
+    import doctest
+
+    import shells
+
+    assert doctest.testmod(shells).failed == 0
