@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+FOLD = 8  # panel widths are padded to multiples
+
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def gather(panel_ptr, width, leaf_ptr, panels, x, z_ptr, z):
@@ -60,6 +62,28 @@ def exchange(z, sources, source_ptr, source_length, z_in, z_ptr, slots):
                     z_in[v, start + r] = value[r]
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
+def folded(a, b, h, sums):
+    """``a . b`` of length 8 h: products folded eight to one in vector operations, then summed."""
+    for k in range(h):
+        sums[k] = (
+            (a[k] * b[k] + a[h + k] * b[h + k])
+            + (a[2 * h + k] * b[2 * h + k] + a[3 * h + k] * b[3 * h + k])
+        ) + (
+            (a[4 * h + k] * b[4 * h + k] + a[5 * h + k] * b[5 * h + k])
+            + (a[6 * h + k] * b[6 * h + k] + a[7 * h + k] * b[7 * h + k])
+        )
+    q = h // 4
+    for k in range(q):
+        sums[k] = (sums[k] + sums[q + k]) + (sums[2 * q + k] + sums[3 * q + k])
+    total = a.dtype.type(0.0)
+    for k in range(q):
+        total += sums[k]
+    for k in range(4 * q, h):
+        total += sums[k]
+    return total
+
+
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def scatter(panel_ptr, width, leaf_ptr, panels, z_ptr, z, y):
     """``y += L z`` for every leaf."""
@@ -67,11 +91,12 @@ def scatter(panel_ptr, width, leaf_ptr, panels, z_ptr, z, y):
         first, m, w = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf], width[leaf]
         if w > 0:
             panel = panels[panel_ptr[leaf] : panel_ptr[leaf + 1]].reshape(3 * m, w)
+            sums = np.empty(w // FOLD, panels.dtype)
             for v in range(z.shape[0]):
                 line = z[v, z_ptr[leaf] : z_ptr[leaf] + w]
                 for c in range(3):
                     for i in range(m):
-                        y[v, c, first + i] += np.dot(panel[c * m + i], line)
+                        y[v, c, first + i] += folded(panel[c * m + i], line, w // FOLD, sums)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -326,7 +326,7 @@ def verified(
         raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
     for target in (tolerance, tolerance / 4.0):
         if target < EXACT:
-            note = f"tolerance {tolerance:.1e} leaves nothing to compress: exact sums"
+            note = f"tolerance {tolerance:.1e} leaves nothing to compress"
             break
         operator = measured(build(target), tolerance, seed)
         if operator.statistics.achieved <= tolerance:
@@ -334,5 +334,6 @@ def verified(
         note = f"error {operator.statistics.achieved:.1e} above the tolerance {tolerance:.1e}"
         log.warning("%s (built at %.1e): %s", operator.statistics.method, target, note)
         del operator
+    note += ": exact sums"
     log.warning("not compressed: %s", note)
-    return measured(exact(f"{note}: exact sums"), tolerance, seed)
+    return measured(exact(note), tolerance, seed)

@@ -148,11 +148,11 @@ def _panels(tree: ClusterTree, columns: np.ndarray, leaf_ptr: np.ndarray, dtype:
         if tree.children[node, 0] >= 0:
             base[tree.children[node]] = base[node] + columns[node]
     leaves = tree.leaves
-    width = base[leaves] + columns[leaves]
+    width = -(-(base[leaves] + columns[leaves]) // kernels.FOLD) * kernels.FOLD
     sizes = 3 * np.diff(leaf_ptr) * width
     panel_ptr = np.concatenate([[0], np.cumsum(sizes)])
     z_ptr = np.concatenate([[0], np.cumsum(width)])
-    return Panels(leaf_ptr, width, panel_ptr, z_ptr, base, np.empty(panel_ptr[-1], dtype=dtype))
+    return Panels(leaf_ptr, width, panel_ptr, z_ptr, base, np.zeros(panel_ptr[-1], dtype=dtype))
 
 
 def _places(
