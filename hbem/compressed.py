@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, spmatrix
 from scipy.sparse.linalg import LinearOperator
 
 from . import _cluster_kernels as kernels
@@ -246,8 +246,8 @@ class Compressed(LinearOperator):
         else:
             test = self.basis[:, items].tocsr()
             points = np.flatnonzero(np.diff(test.indptr))
-            charges = _times(self.basis, first)
-            y = _times(test[points].T, self.kernel.rows(points, charges))
+            charges = times(self.basis, first)
+            y = times(test[points].T, self.kernel.rows(points, charges))
         return np.moveaxis(y.swapaxes(1, 2), 0, 2) * self.kernel.factor
 
     def relative_error(self, x: np.ndarray, seed: int = 0) -> np.ndarray:
@@ -273,10 +273,21 @@ class Compressed(LinearOperator):
         )
 
 
-def _times(matrix: object, x: np.ndarray) -> np.ndarray:
+def times(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
     """Sparse ``matrix (m, n)`` times ``x (k, 3, n)``: ``(k, 3, m)``."""
     flat = matrix @ x.reshape(-1, x.shape[-1]).T
     return np.ascontiguousarray(flat.T).reshape(*x.shape[:2], -1)
+
+
+def weighted(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
+    """Weighted functions as sorted columns, checked."""
+    basis = csc_matrix(basis)
+    if basis.shape[0] != kernel.n:
+        raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
+    if (np.diff(basis.indptr) == 0).any():
+        raise ValueError("basis has functions without points")
+    basis.sort_indices()
+    return basis
 
 
 class Direct(Compressed):
@@ -285,8 +296,8 @@ class Direct(Compressed):
     def _apply(self, x: np.ndarray) -> np.ndarray:
         if self.basis is None:
             return self.kernel.rows(np.arange(self.kernel.n), x)
-        potentials = self.kernel.rows(np.arange(self.kernel.n), _times(self.basis, x))
-        return _times(self.basis.T, potentials)
+        potentials = self.kernel.rows(np.arange(self.kernel.n), times(self.basis, x))
+        return times(self.basis.T, potentials)
 
 
 def direct(kernel: PointKernel, basis: csc_matrix | None, note: str = "") -> Direct:

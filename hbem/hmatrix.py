@@ -17,7 +17,7 @@ from scipy.sparse import csc_matrix, spmatrix
 from . import _near_block_kernels as block_kernels
 from .aca import ClusterPoints, cluster_points, compressed_blocks
 from .cluster import BlockTree, ClusterTree, block_tree, cluster_tree
-from .compressed import Compressed, PointKernel, Statistics, direct, verified
+from .compressed import Compressed, PointKernel, Statistics, direct, verified, weighted
 from .low_rank import FarField, far_field, leaf_ranges
 
 SINGLE = 1e-5  # tolerances from here on: far field in single precision
@@ -139,23 +139,13 @@ def hmatrix(
         A forecast above ``memory``, with both numbers, before anything is allocated.
     """
     kernel = PointKernel(points, normals)
-    basis = None if basis is None else _weighted(basis, kernel)
+    basis = None if basis is None else weighted(basis, kernel)
     leaf = leaf or (64 if basis is None else 24)
 
     def build(target: float) -> HMatrix:
         return _build(kernel, basis, target, leaf, eta, seed, memory)
 
     return verified(build, tolerance, seed, lambda note: direct(kernel, basis, note))
-
-
-def _weighted(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
-    basis = csc_matrix(basis)
-    if basis.shape[0] != kernel.n:
-        raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
-    if (np.diff(basis.indptr) == 0).any():
-        raise ValueError("basis has functions without points")
-    basis.sort_indices()
-    return basis
 
 
 def item_tree(kernel: PointKernel, basis: csc_matrix | None, leaf: int) -> ClusterTree:
