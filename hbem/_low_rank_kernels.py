@@ -181,7 +181,7 @@ def compress_blocks(
             for j in range(ny.shape[1]):
                 ny[c, j] = normals[c, ps[j]]
         share = it.size * is_.size / (it.size + is_.size)
-        limit = min(3 * min(m, q), int(3.0 * full_rank * share * (1.0 if plain else 1.5)))
+        limit = min(3 * min(m, q), int((3.0 if plain else 2.0) * full_rank * share))
         u, v = np.empty((limit + 3, 3 * m)), np.empty((limit + 3, 3 * q))
         samples = np.empty((SAMPLES, 3, 3 * q))
         scratch = np.zeros((7, 3 * max(m, q)))

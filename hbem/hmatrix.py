@@ -24,7 +24,7 @@ SINGLE = 1e-5  # tolerances from here on: far field in single precision
 SINGLE_NEAR = 1e-4  # and from here on sums of the near field as well
 # Ranks above this many m n / (m + n) cost more than the full block: bytes read against pairs summed
 # (measured: 12 GB/s, 1.0 Gpair/s in double and 2.3 in single precision), or bytes against bytes.
-FULL_RANK = {"single": 0.45, "mixed": 0.95, "double": 0.48, "stored": 1.0}
+FULL_RANK = {"single": 0.45, "mixed": 0.95, "double": 0.48, "stored": 3.5}
 
 
 class HMatrix(Compressed):
