@@ -2,7 +2,8 @@
 
 The points of a cluster, seen from a proxy surface, are replaced by a few of them:
 ``G(P, X) ~ G(P, X_skel) [1 T]`` with ``T = R_11^-1 R_12`` of a QR factorisation pivoted by points
-(three columns at a time). Every node writes its own values: results do not depend on threads.
+(three columns at a time). Stresslets keep their normals and have skeletons of their own: forces on
+a flat sheet cannot replace them. Every node writes its own values: results do not depend on threads.
 """
 
 from __future__ import annotations
@@ -139,31 +140,59 @@ def skeleton(A, n, tolerance, pick, R):
 def interpolation(R, pick, k, n, T):
     """``T (3 k, 3 (n - k)) = R_11^-1 R_12``, components first on both sides."""
     m = n - k
-    size = 0.0
     for r in range(3 * k):
-        size = max(size, abs(R[r, r % 3 * n + pick[r // 3]]))
-    for r in range(3 * k - 1, -1, -1):
         line = T[(r % 3) * k + r // 3]
         for c in range(3):
             for j in range(m):
                 line[c * m + j] = R[r, c * n + pick[k + j]]
+    size = 0.0
+    for r in range(3 * k):
+        size = max(size, abs(R[r, (r % 3) * n + pick[r // 3]]))
+    for r in range(3 * k - 1, -1, -1):
+        line = T[(r % 3) * k + r // 3]
         for s in range(r + 1, 3 * k):
             factor = R[r, (s % 3) * n + pick[s // 3]]
             other = T[(s % 3) * k + s // 3]
-            for p in range(3 * m):
+            for p in range(line.size):
                 line[p] -= factor * other[p]
         diagonal = R[r, (r % 3) * n + pick[r // 3]]
         scale = R.dtype.type(0.0)
         if abs(diagonal) > 1e-14 * size:
             scale = R.dtype.type(1.0) / diagonal
-        for p in range(3 * m):
+        for p in range(line.size):
             line[p] *= scale
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def stresslet_line(p, x, normals, out):
+    """The same for stresslets ``6 r_a r_b (r . n) / r^5``."""
+    n = x.shape[1]
+    six = x.dtype.type(6.0)
+    p0, p1, p2 = p[0], p[1], p[2]
+    x0, x1, x2 = x[0], x[1], x[2]
+    a, b, c = out[0], out[1], out[2]
+    for j in range(n):
+        r0, r1, r2 = p0 - x0[j], p1 - x1[j], p2 - x2[j]
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        one = x.dtype.type(1.0) / np.sqrt(square)
+        flux = r0 * normals[0, j] + r1 * normals[1, j] + r2 * normals[2, j]
+        five = six * flux * one * one * one * one * one
+        a[j] = five * r0 * r0
+        a[n + j] = five * r0 * r1
+        a[2 * n + j] = five * r0 * r2
+        b[n + j] = five * r1 * r1
+        b[2 * n + j] = five * r1 * r2
+        c[2 * n + j] = five * r2 * r2
+    for j in range(n):
+        b[j] = a[n + j]
+        c[j] = a[2 * n + j]
+        c[n + j] = b[2 * n + j]
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def level_skeletons(
     lower, upper, sphere, reach, positions, candidate_ptr, candidates, tolerance, counts, picks,
-    slot_ptr, slots,
+    slot_ptr, slots, normals,
 ):  # fmt: skip
     """Skeletons of all nodes of a level.
 
@@ -180,6 +209,8 @@ def level_skeletons(
         Results: points kept, and the order of the candidates.
     slot_ptr, slots :
         Room for the interpolations, ``9 n^2 / 4`` numbers a node.
+    normals : (3, n_points) array
+        For skeletons of stresslets, else ``(3, 0)``.
     """
     for node in prange(lower.shape[0]):
         first, n = candidate_ptr[node], candidate_ptr[node + 1] - candidate_ptr[node]
@@ -196,33 +227,24 @@ def level_skeletons(
                 x[c, j] = (positions[c, candidates[first + j]] - middle[c]) * scale
         A = np.empty((3 * sphere.shape[0], 3 * n), slots.dtype)
         p = np.empty(3, slots.dtype)
+        ny = np.empty((3, n if normals.shape[1] > 0 else 0), slots.dtype)
+        for c in range(3):
+            for j in range(ny.shape[1]):
+                ny[c, j] = normals[c, candidates[first + j]]
         for i in range(sphere.shape[0]):
             for c in range(3):
                 half = 0.5 * (upper[node, c] - lower[node, c]) * scale
                 s = sphere[i, c]
                 p[c] = half * min(1.0, max(-1.0, 1.8 * s)) + reach * s
-            proxy_line(p, x, A[3 * i : 3 * i + 3])
+            if normals.shape[1] > 0:
+                stresslet_line(p, x, ny, A[3 * i : 3 * i + 3])
+            else:
+                proxy_line(p, x, A[3 * i : 3 * i + 3])
         R = np.empty((min(3 * n, A.shape[0]), 3 * n), slots.dtype)
         k = skeleton(A, n, tolerance, picks[first : first + n], R)
         counts[node] = k
         room = slots[slot_ptr[node] : slot_ptr[node] + 9 * k * (n - k)]
         interpolation(R, picks[first : first + n], k, n, room.reshape(3 * k, 3 * (n - k)))
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def dot(a, b):
-    """Inner product, folded eight to one in vector operations."""
-    h = a.size // 8
-    total = a.dtype.type(0.0)
-    sums = np.zeros(8, a.dtype)
-    for p in range(h):
-        for k in range(8):
-            sums[k] += a[8 * p + k] * b[8 * p + k]
-    for k in range(8):
-        total += sums[k]
-    for k in range(8 * h, a.size):
-        total += a[k] * b[k]
-    return total
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)

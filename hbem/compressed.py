@@ -87,31 +87,27 @@ class PointKernel:
         """Kernel in true units over kernel in scaled ones."""
         return self.extent ** (-1.0 if self.normals is None else -2.0)
 
-    @cached_property
-    def _ordered(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-        return {}
+    def ordered(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Scaled positions ``(3, n)`` and normals, ``(3, n)`` or ``(3, 0)``, in some order."""
+        normals = self.scaled_normals if self.normals is None else self.scaled_normals[:, order]
+        return np.ascontiguousarray(self.scaled[:, order]), np.ascontiguousarray(normals)
 
-    def in_order(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and normals in some order; kept, since products ask again and again."""
-        if id(order) not in self._ordered:
-            parts = (self.scaled[:, order], self.scaled_normals)
-            if self.normals is not None:
-                parts = (parts[0], self.scaled_normals[:, order])
-            self._ordered[id(order)] = tuple(np.ascontiguousarray(p) for p in parts)
-        return self._ordered[id(order)]
-
-    def cluster_sums(
+    def sums_between(
         self,
-        order: np.ndarray,
-        ptr: np.ndarray,
+        targets: tuple[np.ndarray, np.ndarray],
+        target_ptr: np.ndarray,
+        sources: tuple[np.ndarray, np.ndarray],
+        source_ptr: np.ndarray,
         partner_ptr: np.ndarray,
         partners: np.ndarray,
         x: np.ndarray,
         y: np.ndarray,
     ) -> None:
-        """Add sums between clusters ``ptr`` of ordered points to ``y (k, 3, n)``."""
-        at, normals = self.in_order(order)
-        kernels.cluster_sums(at, ptr, at, ptr, normals, partner_ptr, partners, x, self.tiny, y)
+        """Add sums between clusters of `ordered` points to ``y (k, 3, n)``."""
+        kernels.cluster_sums(
+            targets[0], target_ptr, sources[0], source_ptr, sources[1], partner_ptr, partners, x,
+            self.tiny, y,
+        )  # fmt: skip
 
     def rows(self, targets: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Exact scaled sums at some points, ``(k, 3, n_targets)``, in double precision."""

@@ -36,6 +36,7 @@ class Level:
     T: np.ndarray
     skeleton_ptr: np.ndarray
     leaf: bool
+    nodes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Bases:
 
     @property
     def nbytes(self) -> int:
-        arrays = ("starts", "counts", "kept", "picks", "pick_ptr", "T_ptr", "T", "skeleton_ptr")
+        arrays = ("starts", "counts", "kept", "picks", "pick_ptr", "T_ptr", "T")
         levels = sum(getattr(level, name).nbytes for level in self.levels for name in arrays)
         return levels + self.ptr.nbytes + self.points.nbytes
 
@@ -72,11 +73,13 @@ class H2Matrix(Compressed):
         basis: csc_matrix | None,
         blocks: BlockTree,
         bases: Bases,
+        sources: Bases,
         dtype: type,
         statistics: Statistics,
     ):
         super().__init__(kernel, basis, statistics)
-        self.blocks, self.bases, self.dtype_inside = blocks, bases, np.dtype(dtype)
+        self.blocks, self.bases, self.sources = blocks, bases, sources
+        self.dtype_inside = np.dtype(dtype)
         tree = blocks.tree
         leaves = tree.leaves
         place = np.zeros(tree.n_nodes, dtype=np.int64)
@@ -84,13 +87,19 @@ class H2Matrix(Compressed):
         self._leaf_ptr = np.append(tree.start[leaves], tree.order.size)
         self._near = both_ways(place[blocks.near], leaves.size)
         self._far = both_ways(blocks.far, tree.n_nodes)
-        self._skeleton_order = tree.order[bases.points]
+        self._points_at = kernel.ordered(tree.order)
+        self._skeletons = kernel.ordered(tree.order[bases.points])
+        self._sources = self._skeletons
+        if sources is not bases:
+            self._sources = kernel.ordered(tree.order[sources.points])
 
     @property
     def nbytes(self) -> int:
         """Bytes kept for products."""
-        lists = [*self._near[:2], *self._far[:2], self._skeleton_order, self.blocks.tree.order]
-        return self.bases.nbytes + sum(a.nbytes for a in lists)
+        lists = [*self._near[:2], *self._far[:2], self.blocks.tree.order]
+        lists += [*self._points_at, *self._skeletons]
+        bases = {id(b): b.nbytes for b in (self.bases, self.sources)}
+        return sum(bases.values()) + sum(a.nbytes for a in lists)
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
         if self.basis is None:
@@ -101,26 +110,33 @@ class H2Matrix(Compressed):
         tree, bases = self.blocks.tree, self.bases
         inside = np.ascontiguousarray(x[:, :, tree.order].astype(self.dtype_inside, copy=False))
         y = np.zeros_like(inside)
-        charges = np.zeros((x.shape[0], 3, bases.points.size), dtype=inside.dtype)
-        for s in bases.levels:
-            source = inside if s.leaf else charges
-            kernels.up(
-                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, source,
-                s.skeleton_ptr, charges,
-            )  # fmt: skip
-        potentials = np.zeros_like(charges)
-        sums = self.kernel.cluster_sums
-        sums(self._skeleton_order, bases.ptr, *self._far[:2], charges, potentials)
+        charges = np.zeros((x.shape[0], 3, self.sources.points.size), dtype=inside.dtype)
+        self._up(inside, charges)
+        potentials = np.zeros((x.shape[0], 3, bases.points.size), dtype=inside.dtype)
+        self.kernel.sums_between(
+            self._skeletons, bases.ptr, self._sources, self.sources.ptr, *self._far[:2],
+            charges, potentials,
+        )  # fmt: skip
         for s in reversed(bases.levels):
             target = y if s.leaf else potentials
             kernels.down(
                 s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, target,
                 s.skeleton_ptr, potentials,
             )  # fmt: skip
-        sums(tree.order, self._leaf_ptr, *self._near[:2], inside, y)
+        at, ptr = self._points_at, self._leaf_ptr
+        self.kernel.sums_between(at, ptr, at, ptr, *self._near[:2], inside, y)
         out = np.empty(y.shape)
         out[:, :, tree.order] = y
         return out
+
+    def _up(self, inside: np.ndarray, charges: np.ndarray) -> None:
+        """Equivalent charges of all nodes, from charges at the points."""
+        for s in self.sources.levels:
+            source = inside if s.leaf else charges
+            kernels.up(
+                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, source,
+                s.skeleton_ptr, charges,
+            )  # fmt: skip
 
 
 def h2matrix(
@@ -177,7 +193,9 @@ def _build(
     leaf = leaf or (96 if tolerance >= SINGLE else 160)
     tree = cluster_tree(kernel.scaled.T, leaf=leaf)
     blocks = block_tree(tree, ETA, largest=True)
-    bases = nested_bases(kernel, blocks, tolerance, dtype)
+    bases = sources = nested_bases(kernel, blocks, tolerance, dtype)
+    if kernel.normals is not None:
+        sources = nested_bases(kernel, blocks, tolerance, dtype, stresslets=True)
     ranks = np.diff(bases.ptr)
     n = kernel.n if basis is None else basis.shape[1]
     operator = H2Matrix(
@@ -185,6 +203,7 @@ def _build(
         basis,
         blocks,
         bases,
+        sources,
         dtype,
         Statistics(
             method="h2",
@@ -206,7 +225,12 @@ def _build(
 
 
 def nested_bases(
-    kernel: PointKernel, blocks: BlockTree, tolerance: float, dtype: type
+    kernel: PointKernel,
+    blocks: BlockTree,
+    tolerance: float,
+    dtype: type,
+    *,
+    stresslets: bool = False,
 ) -> Bases:
     """Skeletons and interpolations of all nodes that are, or lie below, partners of far blocks."""
     tree = blocks.tree
@@ -215,7 +239,8 @@ def nested_bases(
     for node in range(tree.n_nodes):
         if needed[node] and tree.children[node, 0] >= 0:
             needed[tree.children[node]] = True
-    positions = np.ascontiguousarray(kernel.scaled[:, tree.order])
+    positions, normals = kernel.ordered(tree.order)
+    normals = normals if stresslets else np.zeros((3, 0))
     skeletons: list[np.ndarray] = [np.zeros(0, dtype=np.int64)] * tree.n_nodes
     found = []
     for depth in range(int(tree.level.max()), -1, -1):
@@ -223,9 +248,10 @@ def nested_bases(
             kind = (tree.level == depth) & needed & ((tree.children[:, 0] < 0) == leaf)
             nodes = np.flatnonzero(kind)
             if nodes.size:
-                found.append(_level(tree, nodes, leaf, positions, skeletons, tolerance, dtype))
+                more = (positions, normals, skeletons, tolerance, dtype)
+                found.append(_level(tree, nodes, leaf, *more))
     ptr = np.concatenate([[0], np.cumsum([s.size for s in skeletons])])
-    levels = tuple(_placed(tree, ptr, nodes, level) for nodes, level in found)
+    levels = tuple(_placed(tree, ptr, level) for level in found)
     return Bases(ptr, np.concatenate(skeletons), levels)
 
 
@@ -234,10 +260,11 @@ def _level(
     nodes: np.ndarray,
     leaf: bool,
     positions: np.ndarray,
+    normals: np.ndarray,
     skeletons: list[np.ndarray],
     tolerance: float,
     dtype: type,
-) -> tuple[np.ndarray, Level]:
+) -> Level:
     """Skeletons of some nodes; ``skeletons`` receives their points."""
     if leaf:
         lists = [np.arange(tree.start[k], tree.stop[k]) for k in nodes]
@@ -252,17 +279,19 @@ def _level(
     kernels.level_skeletons(
         tree.lower[nodes], tree.upper[nodes], sphere_points(proxy_count(tolerance)), INSIDE / ETA,
         positions, ptr, candidates, tolerance, kept, picks, slot_ptr, slots,
+        normals,
     )  # fmt: skip
     for i, node in enumerate(nodes):
         skeletons[node] = lists[i][picks[ptr[i] : ptr[i] + kept[i]]]
     sizes = 9 * kept * (counts - kept)
     T = np.concatenate([slots[a : a + n] for a, n in zip(slot_ptr, sizes, strict=False)])
     T_ptr = np.concatenate([[0], np.cumsum(sizes)])
-    none = np.zeros(0, dtype=np.int64)
-    return nodes, Level(none, counts, kept, picks.astype(np.int32), ptr, T_ptr, T, none, leaf)
+    none, picks = np.zeros(0, dtype=np.int64), picks.astype(np.int32)
+    return Level(none, counts, kept, picks, ptr, T_ptr, T, none, leaf, nodes)
 
 
-def _placed(tree: ClusterTree, ptr: np.ndarray, nodes: np.ndarray, level: Level) -> Level:
+def _placed(tree: ClusterTree, ptr: np.ndarray, level: Level) -> Level:
     """A level with the places of its candidates and skeletons."""
+    nodes = level.nodes
     starts = tree.start[nodes] if level.leaf else ptr[tree.children[nodes, 0]]
     return replace(level, starts=starts, skeleton_ptr=ptr[nodes])

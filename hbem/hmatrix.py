@@ -62,20 +62,20 @@ class NearSums:
     """Near blocks summed on the fly from the points, in the precision ``dtype``."""
 
     kernel: PointKernel
-    tree: ClusterTree
+    at: tuple[np.ndarray, np.ndarray]
+    leaf_ptr: np.ndarray
     ptr: np.ndarray
     partners: np.ndarray
     dtype: type
 
     @property
     def nbytes(self) -> int:
-        return self.partners.nbytes
+        return self.partners.nbytes + sum(a.nbytes for a in self.at)
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
-        leaf_ptr = np.append(self.tree.start[self.tree.leaves], self.tree.order.size)
-        self.kernel.cluster_sums(
-            self.tree.order, leaf_ptr, self.ptr, self.partners, x.astype(self.dtype, copy=False), y
-        )
+        at, ptr = self.at, self.leaf_ptr
+        low = x.astype(self.dtype, copy=False)
+        self.kernel.sums_between(at, ptr, at, ptr, self.ptr, self.partners, low, y)
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,8 @@ def _near(
     ptr = np.searchsorted(pairs[:, 0], np.arange(leaf_ptr.size))
     if basis is None:
         dtype = np.float32 if tolerance >= SINGLE_NEAR else np.float64
-        return NearSums(kernel, tree, ptr, np.ascontiguousarray(pairs[:, 1]), dtype)
+        at, partners = kernel.ordered(tree.order), np.ascontiguousarray(pairs[:, 1])
+        return NearSums(kernel, at, leaf_ptr, ptr, partners, dtype)
     return near_blocks(kernel, clusters, tree, pairs, ptr, tolerance)
 
 
