@@ -13,6 +13,7 @@ from numba import njit
 
 from ._aca_kernels import SAMPLES, cross
 
+DEPENDENT = 1e-13  # squared sine of the angle to earlier vectors that counts as zero
 GRAM = 1e-6  # tolerances below take QR and SVD instead of Gram matrices
 
 
@@ -28,19 +29,18 @@ def gram(u, rank):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def cholesky(a):
-    """Lower factor in place; pivots that vanish by rounding are floored."""
+    """Lower factor in place; rows that depend on earlier ones get a zero column."""
     n = a.shape[0]
-    floor = 0.0
-    for k in range(n):
-        floor = max(floor, a[k, k])
-    floor *= 1e-15
     for j in range(n):
+        size = a[j, j]
         for k in range(j):
-            for i in range(j, n):
-                a[i, j] -= a[i, k] * a[j, k]
-        root = np.sqrt(max(a[j, j], floor))
-        for i in range(j, n):
-            a[i, j] /= root
+            size -= a[j, k] * a[j, k]
+        root = np.sqrt(size) if size > DEPENDENT * a[j, j] else 0.0
+        for i in range(j + 1, n):
+            value = a[i, j]
+            for k in range(j):
+                value -= a[i, k] * a[j, k]
+            a[i, j] = value / root if root > 0.0 else 0.0
         a[j, j] = root
         for i in range(j):
             a[i, j] = 0.0
@@ -90,8 +90,9 @@ def recompress(u, v, rank, tolerance):
     w = np.ascontiguousarray(vectors[:, rank - kept :])
     back = w.copy()  # L^-T w
     for i in range(rank - 1, -1, -1):
+        scale = 1.0 / lower[i, i] if lower[i, i] > 0.0 else 0.0
         for r in range(kept):
-            back[i, r] /= lower[i, i]
+            back[i, r] *= scale
         for k in range(i):
             for r in range(kept):
                 back[k, r] -= lower[i, k] * back[i, r]
