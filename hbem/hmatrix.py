@@ -140,7 +140,7 @@ def hmatrix(
     """
     kernel = PointKernel(points, normals)
     basis = None if basis is None else weighted(basis, kernel)
-    leaf = leaf or (64 if basis is None else 24)
+    leaf = leaf or (100 if basis is None else 32)
 
     def build(target: float) -> HMatrix:
         return _build(kernel, basis, target, leaf, eta, seed, memory)
