@@ -6,13 +6,21 @@ mass matrix 60.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
 from hbem.gmres import KrylovResult, gmres
-from hbem.krylov import DenseSaddle, IterativeSaddle, PreconditionerStore, SaddleSystem
+from hbem.krylov import (
+    DenseSaddle,
+    IterativeSaddle,
+    MassPreconditioner,
+    PreconditionerStore,
+    SaddleSystem,
+)
 from hbem.patches import union
 from hbem.preconditioner import (
     Functions,
@@ -63,8 +71,9 @@ def test_coarse_densities_hold_constants_and_the_normal(gap):
 def test_few_iterations_in_a_gap(gap):
     layer, data = gap
     surface = layer.surface
-    system = SaddleSystem(layer, surface.constraint, surface.mass)
-    schwarz = two_level_schwarz(system, SchwarzOptions(own=32))
+    schwarz = two_level_schwarz(
+        SaddleSystem(layer, surface.constraint, surface.mass), SchwarzOptions(own=32)
+    )
     direct = DenseSaddle(layer, surface.constraint, surface.mass).solve(data).solution
 
     def solve(preconditioner):
@@ -72,7 +81,7 @@ def test_few_iterations_in_a_gap(gap):
             layer, surface.constraint, surface.mass, 1e-6, preconditioner=preconditioner
         ).solve(data)
 
-    found, plain = solve(schwarz), solve(None)
+    found, plain = solve(lambda system: schwarz), solve(MassPreconditioner)
     assert found.result is KrylovResult.CONVERGED
     assert found.residual <= 1e-6
     assert found.iterations <= 9
@@ -123,21 +132,17 @@ def test_one_multiplier_for_each_component():
 
 
 def test_store_keeps_until_it_degrades():
-    store, built = PreconditionerStore(growth=1.5, slack=2), []
-    system = type("System", (), {"size": 10})()
-
-    def build():
-        built.append(len(built))
-        return lambda v: v
-
+    store = PreconditionerStore(lambda system: lambda v: v, growth=1.5, slack=2)
+    system = SimpleNamespace(size=10)
+    kept = []
     for iterations in (10, 12, 17, 18, 30):
-        store.get(system, build)
+        kept.append(store(system))
         store.note(iterations)
-    assert built == [0, 1]  # 18 > 1.5 * 10 + 2 drops the first; 30 counts for the second
+    assert kept[0] is kept[3] is not kept[4]  # 18 > 1.5 * 10 + 2 drops the first
+    assert store(system) is kept[4]  # 30 counts as the second one's first
     store.drop()
-    store.get(system, build)
-    assert len(built) == 3
-    store.get(type("System", (), {"size": 11})(), build)
+    assert store(system) is not kept[4]
+    store(SimpleNamespace(size=11))
     assert store.built == 4
 
 
