@@ -84,9 +84,7 @@ def cluster_tree(
     return _bisect(0.5 * (lower + upper), lower, upper, leaf)
 
 
-def _bisect(
-    centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int
-) -> ClusterTree:
+def _bisect(centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int) -> ClusterTree:
     order = np.arange(centres.shape[0])
     start, stop, level, children, boxes = [0], [order.size], [0], [], []
     k = 0

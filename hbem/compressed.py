@@ -196,15 +196,22 @@ class Compressed(LinearOperator):
     Attributes
     ----------
     kernel : PointKernel
-    basis : csc_matrix or None
-        Weighted functions ``(n_points, n)``.
+    basis, test : csc_matrix or None
+        Weighted functions ``(n_points, n)`` of the sources and of the tests, often the same.
     statistics : Statistics
     """
 
-    def __init__(self, kernel: PointKernel, basis: csc_matrix | None, statistics: Statistics):
+    def __init__(
+        self,
+        kernel: PointKernel,
+        basis: csc_matrix | None,
+        statistics: Statistics,
+        test: csc_matrix | None = None,
+    ):
         n = kernel.n if basis is None else basis.shape[1]
         super().__init__(dtype=np.dtype(float), shape=(3 * n, 3 * n))
         self.kernel, self.basis, self.statistics = kernel, basis, statistics
+        self.test = basis if test is None else test
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
         """Scaled product with ``(k, 3, n)`` components first."""
@@ -240,7 +247,7 @@ class Compressed(LinearOperator):
         if self.basis is None:
             y = self.kernel.rows(items, first)
         else:
-            test = self.basis[:, items].tocsr()
+            test = self.test[:, items].tocsr()
             points = np.flatnonzero(np.diff(test.indptr))
             charges = times(self.basis, first)
             y = times(test[points].T, self.kernel.rows(points, charges))
@@ -293,13 +300,18 @@ class Direct(Compressed):
         if self.basis is None:
             return self.kernel.rows(np.arange(self.kernel.n), x)
         potentials = self.kernel.rows(np.arange(self.kernel.n), times(self.basis, x))
-        return times(self.basis.T, potentials)
+        return times(self.test.T, potentials)
 
 
-def direct(kernel: PointKernel, basis: csc_matrix | None, note: str = "") -> Direct:
+def direct(
+    kernel: PointKernel,
+    basis: csc_matrix | None,
+    note: str = "",
+    test: csc_matrix | None = None,
+) -> Direct:
     """The operator by exact sums."""
     n = kernel.n if basis is None else basis.shape[1]
-    return Direct(kernel, basis, Statistics("direct", n, 0.0, note=note))
+    return Direct(kernel, basis, Statistics("direct", n, 0.0, note=note), test)
 
 
 def test_densities(n: int, seed: int) -> np.ndarray:

@@ -8,19 +8,22 @@ that cancel across gaps (reported: relative to ``|A x|`` they see 10 to 50 times
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix, diags, vstack
 
-from .compressed import Compressed, PointKernel, direct
+from .compressed import Compressed
 from .h2matrix import h2matrix
 from .hmatrix import hmatrix
 from .near_field import NearField
 from .sampling import SampledSurface
-from .single_layer import SingleLayer, _dense
+from .single_layer import STORED_LIMIT, SingleLayer, _dense
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
+
+PAIRS = 1e9  # plain kernels summed in a second by one thread
 
 log = logging.getLogger(__name__)
 
@@ -116,22 +119,20 @@ def compressed_single_layer(
     Raises
     ------
     ValueError
-        Source points that differ from the outer points: compression needs one set.
+        ACA with source points that differ from the outer points.
     MemoryError
         A forecast above ``compression.memory``.
     """
+    options = {"seed": compression.seed, "memory": compression.memory}
+    points, basis = surface.outer.points, weighted_basis(surface)
     if surface.source is not surface.outer:
-        raise ValueError(
-            "compression needs equal outer and source points; set quadrature far = 0 "
-            "(outer = 3), or use direct sums"
-        )
-    plain = METHODS[compression.method](
-        surface.outer.points,
-        compression.tolerance,
-        basis=weighted_basis(surface),
-        seed=compression.seed,
-        memory=compression.memory,
-    )
+        if compression.method != "h2":
+            raise ValueError(
+                "compression by ACA needs equal outer and source points: set far = 0 in the "
+                'quadrature orders, or compression = "h2"'
+            )
+        points, basis, options["test"] = _joined(surface)
+    plain = METHODS[compression.method](points, compression.tolerance, basis=basis, **options)
     layer = CompressedSingleLayer(surface, near, plain)
     layer.error_gap = layer.error_on(gap_opposed(surface), compression.seed)
     if layer.error_gap > compression.expected_gap_error:
@@ -164,7 +165,69 @@ def gap_opposed(surface: SampledSurface) -> np.ndarray:
     return normals * positions[:, axis : axis + 1]
 
 
-def exact_plain(surface: SampledSurface) -> Compressed:
-    """The plain part by direct sums, behind the same interface."""
-    basis = weighted_basis(surface).tocsc()
-    return direct(PointKernel(surface.outer.points), basis)
+def _joined(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
+    """Outer and source points as one set, with the functions of sources and of tests."""
+    outer, source = surface.outer, surface.source
+    n = surface.patches.n_dofs
+    empty = [csr_matrix((p.weights.size, n)) for p in (outer, source)]
+    basis = diags(source.weights) @ surface.source_basis
+    return (
+        np.concatenate([outer.points, source.points]),
+        vstack([empty[0], basis]).tocsr(),
+        vstack([weighted_basis(surface), empty[1]]).tocsr(),
+    )
+
+
+def choose(
+    method: str,
+    tolerances: Mapping[str, float],
+    *,
+    n_dofs: int,
+    n_outer: int,
+    n_source: int,
+    products: int = 40,
+    memory: float | None = None,
+    seed: int = 0,
+) -> Compression | None:
+    """The compression of a run; None for dense or direct.
+
+    ``auto`` takes the method with the least build time plus ``products`` applications.
+
+    Parameters
+    ----------
+    method : {"auto", "dense", "aca", "h2"}
+    tolerances : mapping
+        Matrix tolerance of ``"aca"`` and ``"h2"``.
+    n_dofs, n_outer, n_source : int
+        Density functions, outer and source points.
+    products : int
+        Applications on one geometry, preconditioner included.
+    """
+    if method == "auto" and 3 * n_dofs <= STORED_LIMIT:
+        return None
+    if method == "auto":
+        costs = costs_of(tolerances, n_dofs, n_outer, n_source, products)
+        method = min(costs, key=costs.get)
+    if method in ("dense", "direct"):
+        return None
+    return Compression(method, tolerances[method], seed=seed, memory=memory)
+
+
+def costs_of(
+    tolerances: Mapping[str, float], n_dofs: int, n_outer: int, n_source: int, products: int
+) -> dict[str, float]:
+    """Seconds of each method on one thread: build plus products.
+
+    Measured on disc bags of 1000 to 10000 elements: seconds a function (ACA) or a point (H2),
+    growing with the digits of the tolerance.
+    """
+    costs = {"direct": products * n_outer * n_source / PAIRS}
+    digits = {name: -np.log10(tolerance) for name, tolerance in tolerances.items()}
+    points = n_outer if n_outer == n_source else n_outer + n_source
+    d = digits["h2"]
+    build, product = (6e-6, 4.0e-7) if tolerances["h2"] >= 1e-4 else (5e-6, 1.5e-7)
+    costs["h2"] = points * (build * d**1.9 + products * product * d**1.35)
+    if n_outer == n_source:
+        build, product = 3e-4 * digits["aca"] ** 1.4, 2.5e-7 * digits["aca"] ** 1.5
+        costs["aca"] = n_dofs * (build * np.log2(max(n_dofs / 200.0, 2.0)) + products * product)
+    return costs

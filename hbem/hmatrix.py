@@ -241,7 +241,7 @@ def forecast(
     if limit is not None and total > limit:
         raise MemoryError(
             f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
-            "are allowed: raise the tolerance, or use compression = \"h2\" or \"dense\" (direct sums)"
+            'are allowed: raise the tolerance, or use compression = "h2" or "dense" (direct sums)'
         )
     return total
 

@@ -143,7 +143,7 @@ def single_layer(
         Store the matrix, or sum the far field directly at every product; ``auto`` stores
         systems up to `STORED_LIMIT` unknowns.
     compression : Compression, optional
-        Compress the plain part instead, unless ``auto`` stores the matrix.
+        Compress the plain part, unless ``dense`` stores the matrix.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def single_layer(
     surface = sample(patches, coefficients, orders)
     near = near_field(surface, orders)
     stored = storage == "dense" or (storage == "auto" and 3 * patches.n_dofs <= STORED_LIMIT)
-    if compression is not None and not stored:
+    if compression is not None and storage != "dense":
         from .compressed_layer import compressed_single_layer
 
         return compressed_single_layer(surface, near, compression)
