@@ -14,8 +14,6 @@ _HOME = {
     "SampledSurface": "sampling",
     "sample": "sampling",
     "Compression": "compressed_layer",
-    "hmatrix": "hmatrix",
-    "h2matrix": "h2matrix",
     "SingleLayer": "single_layer",
     "DenseSaddle": "krylov",
     "IterativeSaddle": "krylov",

@@ -3,7 +3,7 @@
 The points of a cluster, seen from a proxy surface, are replaced by a few of them:
 ``G(P, X) ~ G(P, X_skel) [1 T]`` with ``T = R_11^-1 R_12`` of a QR factorisation pivoted by points
 (three columns at a time). Stresslets keep their normals and have skeletons of their own: forces on
-a flat sheet cannot replace them. Every node writes its own values: results do not depend on threads.
+a flat sheet cannot replace them. Every node writes its own values.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ def compressed_single_layer(
     if layer.error_gap > compression.expected_gap_error:
         message = (
             f"error on gap-opposed densities {layer.error_gap:.1e}, expected at most "
-            f"{compression.expected_gap_error:.1e}: tractions in the gap are less accurate than asked"
+            f"{compression.expected_gap_error:.1e}: less accurate than asked in the gap"
         )
         log.warning(message)
         plain.statistics = replace(

@@ -16,7 +16,7 @@ from scipy.sparse import csc_matrix, spmatrix
 
 from . import _h2_kernels as kernels
 from .cluster import BlockTree, ClusterTree, block_tree, both_ways, cluster_tree
-from .compressed import Compressed, PointKernel, Statistics, times, direct, verified, weighted
+from .compressed import Compressed, PointKernel, Statistics, direct, times, verified, weighted
 
 ETA = 1.5  # admissible if the larger diameter is at most this many distances
 INSIDE = 0.95  # the proxy surface stays this far within the admissible distance
