@@ -30,7 +30,7 @@ from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
 from .inflow import prescribed_volume
-from .preflight import contraction
+from .preflight import contraction, fluid_budget, quadrature
 
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
@@ -57,9 +57,8 @@ def fluid(scene: Scene, body: Bag) -> object | None:
     from hbem.enclosed_flow import EnclosedStokes
     from hbem.krylov import DENSE_LIMIT
     from hbem.patches import union
-    from hbem.quadrature import QuadratureOrders
 
-    f = scene.fluid
+    f, asked = scene.fluid, fluid_budget(scene, body)
     patches = union(body.membrane, body.patch)
     inflow = np.arange(patches.n_elements) >= body.membrane.n_elements
     return EnclosedStokes(
@@ -68,16 +67,11 @@ def fluid(scene: Scene, body: Bag) -> object | None:
         body.profile,
         mass_ratio=f.mass_ratio,
         viscosity_ratio=f.viscosity_ratio,
-        orders=QuadratureOrders(
-            outer=f.outer_points,
-            far=max(3, f.outer_points),
-            radial=f.polar[0],
-            angular=f.polar[1],
-            near_ball=f.near_ball,
-        ),
+        orders=quadrature(scene, asked),
         dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
-        tolerance=f.krylov_tolerance,
+        tolerance=f.krylov_tolerance or asked.krylov,
         max_iterations=f.krylov_iterations,
+        preconditioner=asked.preconditioner,
     )
 
 

@@ -73,7 +73,8 @@ class Fluid:
 
     ``mass_ratio`` is m = varpi/Re, ``tolerance`` the relative traction error, ``outer_points``
     Gauss points per direction of the outer integral, ``polar`` radial and angular points of the
-    self rule, ``near_ball`` the reach of the near rule in element radii.
+    self rule, ``near_ball`` the reach of the near rule in element radii. ``polar = [0, 0]`` and
+    ``krylov_tolerance = 0`` follow from ``tolerance`` and the narrowest gap.
     """
 
     model: str = rule("stokes", choices=("stokes", "pressure"))
@@ -81,10 +82,10 @@ class Fluid:
     mass_ratio: float = rule(0.005, above=0.0)
     tolerance: float = rule(1e-3, above=0.0, below=1.0)
     outer_points: int = rule(3, choices=(2, 3, 4))
-    polar: tuple[int, int] = rule((8, 10), least=2)
+    polar: tuple[int, int] = rule((0, 0), least=0)
     near_ball: float = rule(1.0, above=0.0)
     solver: str = rule("auto", choices=("auto", "lu", "gmres"))
-    krylov_tolerance: float = rule(1e-8, above=0.0, below=1.0)
+    krylov_tolerance: float = rule(0.0, least=0.0, below=1.0)
     krylov_iterations: int = rule(500, least=1)
 
 
@@ -269,6 +270,10 @@ def impossible(scene: Scene) -> list[str]:
             scene.fluid.viscosity_ratio != 1.0,
             f"fluid.viscosity_ratio: {scene.fluid.viscosity_ratio:g} needs the double layer, "
             "which is not there yet; only 1 is possible",
+        ),
+        (
+            tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
+            f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
         ),
         (
             scene.inflow.t2 < scene.inflow.t1,

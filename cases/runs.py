@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import loader
+from .accuracy import Accuracy
 from .config import Scene
 from .flow import config as flow_config
 from .flow import run as flow_run
@@ -147,10 +148,13 @@ class _Recorders:
     def of(
         cls, scene: Scene, folder: Path, console: Console, tolerances: Mapping[str, Any] | None
     ) -> _Recorders:
+        accuracy = Accuracy.of(scene)
+        for warning in accuracy.budget.warnings if accuracy else ():
+            console.print(f"warning: {warning}", markup=False, highlight=False)
         return cls(
             History(folder / "history.csv", scene.physical),
             Iterations(folder),
-            RunRecord(folder / "run.json", scene, tolerances),
+            RunRecord(folder / "run.json", scene, tolerances, accuracy),
             Checkpoint(folder / "checkpoint.npz", scene),
             Progress(console, scene.time.end),
         )

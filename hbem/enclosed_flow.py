@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
@@ -30,6 +31,9 @@ from .preconditioner import two_level_schwarz
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
+
+if TYPE_CHECKING:
+    from .compressed_layer import Compression
 
 Profile = Callable[[np.ndarray], np.ndarray]
 BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
@@ -90,6 +94,8 @@ class EnclosedStokes:
     preconditioner : {"schwarz", "mass"}
         Of GMRES: two levels for gaps, the mass matrix for fat bodies. It is kept from one
         geometry to the next until it degrades or `reset` drops it.
+    compression : Compression, optional
+        Compress the single layer; it is then solved by GMRES at any size.
 
     Raises
     ------
@@ -109,6 +115,7 @@ class EnclosedStokes:
     max_iterations: int = 400
     storage: str = "auto"
     preconditioner: str = "schwarz"
+    compression: Compression | None = None
 
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
@@ -142,7 +149,13 @@ class EnclosedStokes:
 
     def assemble(self, coefficients: np.ndarray) -> EnclosedOperator:
         """The flow on one configuration ``(n_coefficients, 3)``."""
-        layer = single_layer(self.patches, coefficients, self.orders, storage=self.storage)
+        layer = single_layer(
+            self.patches,
+            coefficients,
+            self.orders,
+            storage=self.storage,
+            compression=self.compression,
+        )
         return EnclosedOperator(self, layer)
 
 
@@ -170,7 +183,7 @@ class EnclosedOperator:
             self.layer,
             self.surface.constraint,
             self.surface.mass,
-            dense_limit=m.dense_limit,
+            dense_limit=m.dense_limit if m.compression is None else 0,
             tolerance=m.tolerance,
             max_iterations=m.max_iterations,
             preconditioner=m.store,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
@@ -24,6 +25,9 @@ from .patches import SurfacePatches
 from .point_sums import single_layer_sums
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, sample
+
+if TYPE_CHECKING:
+    from .compressed_layer import Compression
 
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
 STORED_LIMIT = 6000  # unknowns up to which the matrix is stored
@@ -125,6 +129,7 @@ def single_layer(
     orders: QuadratureOrders | None = None,
     *,
     storage: str = "auto",
+    compression: Compression | None = None,
 ) -> SingleLayer:
     """Assemble the single layer on one configuration.
 
@@ -137,6 +142,8 @@ def single_layer(
     storage : {"auto", "dense", "direct"}
         Store the matrix, or sum the far field directly at every product; ``auto`` stores
         systems up to `STORED_LIMIT` unknowns.
+    compression : Compression, optional
+        Compress the plain part, unless ``dense`` stores the matrix.
 
     Returns
     -------
@@ -154,6 +161,10 @@ def single_layer(
     surface = sample(patches, coefficients, orders)
     near = near_field(surface, orders)
     stored = storage == "dense" or (storage == "auto" and 3 * patches.n_dofs <= STORED_LIMIT)
+    if compression is not None and storage != "dense":
+        from .compressed_layer import compressed_single_layer
+
+        return compressed_single_layer(surface, near, compression)
     return (StoredSingleLayer if stored else DirectSingleLayer)(surface, near)
 
 
