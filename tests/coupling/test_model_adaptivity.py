@@ -68,7 +68,10 @@ def test_force_on_the_walls_balances_the_momentum(flow):
     u = np.asarray(basis.interpolate(flow.space.split(x)[0]))
     leaving = float((basis.dx * u * u).sum())
     entering = 8.0 / 15.0
-    assert force == pytest.approx(leaving - entering, rel=1e-6)
+    n = flow.space.n_velocity
+    carried = float(flow.convection.vector(x, flow.everywhere)[:n].sum())
+    assert force == pytest.approx(carried, rel=1e-10)
+    assert force == pytest.approx(leaving - entering, abs=1e-4)  # div u = 0 holds weakly
 
 
 @pytest.mark.parametrize(
@@ -183,9 +186,7 @@ def test_a_step_that_does_not_converge_carries_no_figures(flow, goal, monkeypatc
     assert steps[1].result is Result.RUNNING
     assert steps[2].element_fraction > steps[1].element_fraction
     assert steps[-1].result is Result.COMPLETED
-    monkeypatch.setattr(
-        loop, "robust", lambda p, f, start=None: Solution(p.values, Newton.STALLED, 1.0)
-    )
+    monkeypatch.setattr(loop, "robust", lambda p, *others: Solution(p.values, Newton.STALLED, 1.0))
     last = list(adapt(flow, goal, Strategy(max_steps=60)))[-1]
     assert last.result is Result.NEWTON
     assert not last.result.ok

@@ -1,0 +1,1 @@
+"""Boundary integrals in the plane: polygons, inner integrals in closed form."""
