@@ -160,7 +160,7 @@ class Sampler:
             part_of.append(np.full(part.n_elements * tessellate**2, k))
             data["velocity"].append(sample @ self.split(velocity)[k])
             if traction is not None:
-                data["traction"].append(sample @ (part.reduction @ tractions[k]))
+                data["traction"].append(sample @ (part.density_reduction @ tractions[k]))
             start += points[-1].shape[0]
         return {
             "points": np.concatenate(points),

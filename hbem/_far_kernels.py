@@ -1,6 +1,6 @@
-"""Compiled dense assembly of the single layer from plain point kernels and near moments.
+"""Compiled dense assembly of the plain part of the single layer.
 
-``A = B^T W (G W B + C_near)``: one target element at a time, targets contiguous, so that every
+``B^T W G W B``: one target element at a time, targets contiguous, so that every
 inner loop is a plain vector operation; then test functions, one density function at a time.
 Each target element and each function writes its own rows: results do not depend on threads.
 """
@@ -32,26 +32,6 @@ def target_kernels(targets, y, weight, tiny, kernel):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def add_pair(table, moments, line, nt, t):
-    """Add one function's moments to target t; six sums side by side hide the latency."""
-    a0, a1, a2, a3, a4, a5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for b in range(table.size):
-        v = table[b]
-        a0 += v * moments[b, 0]
-        a1 += v * moments[b, 1]
-        a2 += v * moments[b, 2]
-        a3 += v * moments[b, 3]
-        a4 += v * moments[b, 4]
-        a5 += v * moments[b, 5]
-    line[t] += a0
-    line[nt + t] += a1
-    line[2 * nt + t] += a2
-    line[3 * nt + t] += a3
-    line[4 * nt + t] += a4
-    line[5 * nt + t] += a5
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
 def add_sources(values, kernels, line):
     """``line += values @ kernels``, four sources a sweep to spare memory traffic."""
     n, q = values.size, 0
@@ -69,10 +49,7 @@ def add_sources(values, kernels, line):
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def source_columns(
-    targets, sources, weights, values, table_indptr, dofs, extraction, pairs, elements, moments,
-    tiny, columns,
-):  # fmt: skip
+def source_columns(targets, sources, weights, values, table_indptr, dofs, tiny, columns):
     """Potentials of every density function at the points of some target elements.
 
     Parameters
@@ -81,8 +58,6 @@ def source_columns(
     sources, weights : (n_elements, n_q, 3), (n_elements, n_q) array
     values : (n_rows, n_q) array
         Density functions at the source points, by table row.
-    pairs, elements, moments :
-        Near pairs by target point: index pointer, source element, ``(nb, 6)`` corrections.
     columns : (n_targets, n_dofs, 6 * n_t) array
         Result, overwritten.
     """
@@ -97,11 +72,6 @@ def source_columns(
                 target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
             for row in range(table_indptr[f], table_indptr[f + 1]):
                 add_sources(values[row], flat, out[dofs[row]])
-        for t in range(nt):
-            for k in range(pairs[e * nt + t], pairs[e * nt + t + 1]):
-                f = elements[k]
-                for row in range(table_indptr[f], table_indptr[f + 1]):
-                    add_pair(extraction[row], moments[k], out[dofs[row]], nt, t)
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)

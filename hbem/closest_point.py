@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from . import _near_kernels as kernels
 from .quadrature import QuadratureOrders
@@ -38,6 +39,12 @@ class NearPairs:
     @property
     def n_pairs(self) -> int:
         return self.elements.size
+
+    def part(self, points: slice) -> NearPairs:
+        """The pairs of a range of points."""
+        inside = slice(self.indptr[points.start], self.indptr[points.stop])
+        indptr = self.indptr[points.start : points.stop + 1] - inside.start
+        return NearPairs(self.points[points], indptr, self.elements[inside], self.found[inside])
 
 
 def outer_pairs(surface: SampledSurface, orders: QuadratureOrders, points: slice) -> NearPairs:
@@ -77,19 +84,21 @@ def near_pairs(
 def _candidates(
     surface: SampledSurface, near_ball: float, x: np.ndarray, owners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs within ``1 + near_ball`` radii of a centre, as index pointer and elements."""
-    rows, cols = [], []
-    reach = ((1.0 + near_ball) * surface.radii) ** 2
-    for start in range(0, x.shape[0], 1024):
-        block = x[start : start + 1024]
-        square = np.zeros((block.shape[0], reach.size))
-        for c in range(3):
-            square += (block[:, c, None] - surface.centres[:, c]) ** 2
-        inside = square < reach
-        own = owners[start : start + 1024]
-        inside[np.flatnonzero(own >= 0), own[own >= 0]] = True
-        i, e = np.nonzero(inside)
-        rows.append(i + start)
-        cols.append(e)
-    counts = np.bincount(np.concatenate(rows), minlength=x.shape[0])
-    return np.concatenate([[0], np.cumsum(counts)]), np.concatenate(cols)
+    """Pairs within ``1 + near_ball`` radii of a centre, as index pointer and elements.
+
+    The tree only preselects; the exact test is the distance, computed as rotations leave it.
+    """
+    reach = (1.0 + near_ball) * surface.radii
+    hits = cKDTree(x).query_ball_point(surface.centres, 1.0000001 * reach, return_sorted=False)
+    counts = np.fromiter((len(h) for h in hits), np.int64, len(hits))
+    points = np.concatenate([np.asarray(h, np.int64) for h in hits])
+    elements = np.repeat(np.arange(counts.size), counts)
+    away = x[points] - surface.centres[elements]
+    inside = np.einsum("ij,ij->i", away, away) < reach[elements] ** 2
+    inside |= owners[points] == elements
+    own = np.flatnonzero(owners >= 0)
+    keys = np.concatenate(
+        [points[inside] * counts.size + elements[inside], own * counts.size + owners[own]]
+    )
+    points, elements = np.divmod(np.unique(keys), counts.size)
+    return np.searchsorted(points, np.arange(x.shape[0] + 1)), elements

@@ -77,6 +77,13 @@ class SampledSurface:
         return density_matrix(self.patches, self.outer)
 
     @cached_property
+    def source_basis(self) -> csr_matrix:
+        """The same at the plain source points."""
+        return (
+            self.basis if self.source is self.outer else density_matrix(self.patches, self.source)
+        )
+
+    @cached_property
     def mass(self) -> csr_matrix:
         """Scalar mass matrix ``B^T W B``."""
         return (self.basis.T @ diags(self.outer.weights) @ self.basis).tocsr()

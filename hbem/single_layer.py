@@ -8,6 +8,7 @@ determined up to a constant pressure, which the constraint ``<tau, n> = 0`` fixe
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,47 +16,115 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from . import _far_kernels as kernels
-from .closest_point import outer_pairs
-from .near import coincidence, near_correction
-from .patches import SurfacePatches, tensor_bernstein
+from .blocks import ExactBlocks, vector_dofs
+from .coarse_image import CoarseSpace, coarse_image
+from .near import coincidence
+from .near_field import NearField, near_field, table_values
+from .patches import SurfacePatches
+from .point_sums import single_layer_sums
 from .quadrature import QuadratureOrders
-from .sampling import PointSet, SampledSurface, sample
+from .sampling import SampledSurface, sample
 
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
-PAIR_BYTES = 40 * 6 * 8  # about forty near pairs a point, six components
+STORED_LIMIT = 6000  # unknowns up to which the matrix is stored
 
 
 class SingleLayer(LinearOperator):
-    """Dense single layer on density dofs; vector dof ``3 a + i`` is component i of function a.
+    """Single layer on density dofs; vector dof ``3 a + i`` is component i of function a.
+
+    Its two forms, stored dense and direct, share this interface.
 
     Attributes
     ----------
     surface : SampledSurface
         Outer points, weights, normals, basis, mass matrix and constraint.
-    n_near : int
-        Number of near (point, element) pairs.
+    near : NearField
+        Sparse part ``B^T W C_near``; the rest is ``B^T W G W B`` with plain point kernels.
     """
 
-    def __init__(self, matrix: np.ndarray, surface: SampledSurface, n_near: int):
-        super().__init__(dtype=matrix.dtype, shape=matrix.shape)
-        self._matrix, self.surface, self.n_near = matrix, surface, n_near
+    def __init__(self, surface: SampledSurface, near: NearField):
+        n = 3 * surface.patches.n_dofs
+        super().__init__(dtype=np.dtype(float), shape=(n, n))
+        self.surface, self.near = surface, near
+
+    @property
+    def n_near(self) -> int:
+        """Number of near (point, element) pairs."""
+        return self.near.n_pairs
 
     def dense(self) -> np.ndarray:
-        """The matrix ``(3 n_dofs, 3 n_dofs)``; not a copy."""
+        """The matrix ``(3 n_dofs, 3 n_dofs)``."""
+        raise NotImplementedError
+
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        """Exact blocks ``(3 n, 3 n)`` between the functions of each patch, in order."""
+        return ExactBlocks(self.surface, self.near).many(patches)
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        """Product with all coarse densities, to about 1e-5: ``(3 n_dofs, k)``."""
+        return coarse_image(self.surface, self.near, coarse)
+
+    def _matvec(self, x: np.ndarray) -> np.ndarray:
+        return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
+
+
+class StoredSingleLayer(SingleLayer):
+    """The single layer as a dense matrix: the fastest product of a small system."""
+
+    def __init__(self, surface: SampledSurface, near: NearField):
+        super().__init__(surface, near)
+        self._matrix = _dense(surface, near)
+
+    def dense(self) -> np.ndarray:
         return self._matrix
+
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        return (self._matrix[np.ix_(d, d)] for d in map(vector_dofs, patches))
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        # rows of a transposed product: both factors are then read in their storage order
+        return np.asarray(coarse.densities.T.tocsr() @ self._matrix.T).T
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix @ x
 
-    def _matvec(self, x: np.ndarray) -> np.ndarray:
-        return self._matrix @ x
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        return self._matrix.T @ x
 
-    def _adjoint(self) -> LinearOperator:
-        return SingleLayer(self._matrix.T, self.surface, self.n_near)
+    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
+        return self._matrix.T @ x
+
+
+class DirectSingleLayer(SingleLayer):
+    """The single layer as sparse near field and direct point sums; no matrix is stored.
+
+    Needs ``O(n)`` memory and ``O(n^2)`` time a product: good up to some 5000 elements.
+    """
+
+    def dense(self) -> np.ndarray:
+        return _dense(self.surface, self.near)
+
+    def _matmat(self, x: np.ndarray) -> np.ndarray:
+        x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
+        y = self.near.apply(x) + self.far(x)
+        return y.reshape(self.shape[0], -1)
+
+    def far(self, x: np.ndarray) -> np.ndarray:
+        """Plain part ``B^T W G W B x`` of densities ``(n_dofs, 3, k)``."""
+        outer, source, k = self.surface.outer, self.surface.source, x.shape[2]
+        values = self.surface.source_basis @ x.reshape(x.shape[0], -1)
+        strengths = (source.weights[:, None] * values).reshape(-1, 3, k)
+        strengths = strengths[:, :, 0] if k == 1 else strengths
+        sums = single_layer_sums(outer.points, source.points, strengths, coincidence(self.surface))
+        return self.surface.project(sums.reshape(sums.shape[0], -1)).reshape(x.shape)
 
 
 def single_layer(
-    patches: SurfacePatches, coefficients: np.ndarray, orders: QuadratureOrders | None = None
+    patches: SurfacePatches,
+    coefficients: np.ndarray,
+    orders: QuadratureOrders | None = None,
+    *,
+    storage: str = "auto",
 ) -> SingleLayer:
     """Assemble the single layer on one configuration.
 
@@ -65,22 +134,41 @@ def single_layer(
         A closed surface with outward normal ``x_s x x_t``.
     coefficients : (n_coefficients, 3) array
     orders : QuadratureOrders, optional
+    storage : {"auto", "dense", "direct"}
+        Store the matrix, or sum the far field directly at every product; ``auto`` stores
+        systems up to `STORED_LIMIT` unknowns.
 
     Returns
     -------
     SingleLayer
         Operator ``(3 n_dofs, 3 n_dofs)``.
+
+    Raises
+    ------
+    ValueError
+        An unknown storage.
     """
     orders = QuadratureOrders() if orders is None else orders
+    if storage not in ("auto", "dense", "direct"):
+        raise ValueError(f"storage must be 'auto', 'dense' or 'direct', got {storage!r}")
     surface = sample(patches, coefficients, orders)
-    tables = _Tables(surface)
-    n = patches.n_dofs
+    near = near_field(surface, orders)
+    stored = storage == "dense" or (storage == "auto" and 3 * patches.n_dofs <= STORED_LIMIT)
+    return (StoredSingleLayer if stored else DirectSingleLayer)(surface, near)
+
+
+def _dense(surface: SampledSurface, near: NearField) -> np.ndarray:
+    """Plain part and near field as one matrix."""
+    n = surface.patches.n_dofs
     matrix = np.zeros((n, n, 6))
-    n_near, chunk = 0, tables.chunk()
-    for first in range(0, patches.n_elements, chunk):
-        last = min(first + chunk, patches.n_elements)
-        n_near += _add_rows(surface, tables, orders, slice(first, last), matrix)
-    return SingleLayer(_interleave(matrix), surface, n_near)
+    tables = _Tables(surface)
+    chunk = tables.chunk()
+    for first in range(0, surface.patches.n_elements, chunk):
+        last = min(first + chunk, surface.patches.n_elements)
+        _add_plain(surface, tables, slice(first, last), matrix)
+    rows = np.repeat(np.arange(n), np.diff(near.indptr))
+    matrix[near.indices, rows] += near.data
+    return _interleave(matrix)
 
 
 def _interleave(matrix: np.ndarray) -> np.ndarray:
@@ -101,24 +189,17 @@ class _Tables:
 
     def chunk(self) -> int:
         """Target elements per sweep, so that intermediates stay within `CHUNK_BYTES`."""
-        patches, nt = self.surface.patches, self.surface.outer.per_element
-        functions = (patches.density_degree + 1) ** 2
-        per_element = nt * (48 * patches.n_dofs + PAIR_BYTES * functions)
+        per_element = self.surface.outer.per_element * 48 * self.surface.patches.n_dofs
         return max(1, int(CHUNK_BYTES / per_element))
-
-    def values(self, points: PointSet) -> np.ndarray:
-        """Table rows at local points, ``(n_rows, per_element)``."""
-        patches = self.surface.patches
-        return patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T
 
     @cached_property
     def outer_values(self) -> np.ndarray:
-        return self.values(self.surface.outer)
+        return table_values(self.surface, self.surface.outer)
 
     @cached_property
     def source_values(self) -> np.ndarray:
         same = self.surface.source is self.surface.outer
-        return self.outer_values if same else self.values(self.surface.source)
+        return self.outer_values if same else table_values(self.surface, self.surface.source)
 
     @cached_property
     def indptr(self) -> np.ndarray:
@@ -128,25 +209,14 @@ class _Tables:
     def dofs(self) -> np.ndarray:
         return np.ascontiguousarray(self.surface.patches.dofs, dtype=np.int64)
 
-    @cached_property
-    def extraction(self) -> np.ndarray:
-        return np.ascontiguousarray(self.surface.patches.extraction, dtype=float)
 
-
-def _add_rows(
-    surface: SampledSurface,
-    tables: _Tables,
-    orders: QuadratureOrders,
-    targets: slice,
-    matrix: np.ndarray,
-) -> int:
-    """Add the test rows of some target elements; returns their number of near pairs."""
+def _add_plain(
+    surface: SampledSurface, tables: _Tables, targets: slice, matrix: np.ndarray
+) -> None:
+    """Add the plain part ``B^T W G W B`` of some target elements."""
     outer, source = surface.outer, surface.source
     n, nt = surface.patches.n_elements, outer.per_element
-    points = slice(targets.start * nt, targets.stop * nt)
-    pairs = outer_pairs(surface, orders, points)
-    moments = near_correction(surface, pairs, orders)
-    x = outer.points[points].reshape(-1, nt, 3)
+    x = outer.points.reshape(n, nt, 3)[targets]
     columns = np.empty((x.shape[0], surface.patches.n_dofs, 6 * nt))
     kernels.source_columns(
         np.ascontiguousarray(np.swapaxes(x, 1, 2)),
@@ -155,10 +225,6 @@ def _add_rows(
         tables.source_values,
         tables.indptr,
         tables.dofs,
-        tables.extraction,
-        pairs.indptr,
-        pairs.elements,
-        moments,
         coincidence(surface),
         columns,
     )
@@ -166,4 +232,3 @@ def _add_rows(
     kernels.test_rows(
         columns, weights, tables.outer_values, tables.indptr, tables.dofs, targets.start, matrix
     )
-    return pairs.n_pairs

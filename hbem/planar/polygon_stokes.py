@@ -1,9 +1,8 @@
-"""Stokes flow inside a polygon: ``(1/2 + K) u = V t`` at unit viscosity.
+"""Stokes flow inside a fixed polygon, ``(1/2 + K) u = V t`` at unit viscosity, and off its boundary.
 
-Continuous linear velocities, discontinuous linear tractions. Inner integrals over a segment are
-closed forms in the target's local coordinates ``x - y = -u t + h n``; the outer rule is graded
-towards both ends of each segment, where the inner integrals have logarithms. The logarithm is
-scaled, ``log(s / r)``: V stays definite for polygons smaller than s, and net tractions vanish.
+Continuous linear velocities, discontinuous linear tractions. Off the boundary the integrals over
+a segment are closed forms in the point's local coordinates ``x - y = -u t + h n``. The logarithm
+is scaled, ``log(s / r)``, so that V stays definite for polygons smaller than s.
 """
 
 from __future__ import annotations
@@ -13,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-OUTER = 14
+from .stokes import stokes_layers
+
 TINY = 1e-13
 
 
@@ -43,21 +43,8 @@ class PolygonStokes:
 
     @cached_property
     def _tested(self) -> tuple[np.ndarray, np.ndarray]:
-        """V and K tested with tractions."""
-        x, w = np.polynomial.legendre.leggauss(OUTER)
-        x, w = 0.5 * (x + 1.0), 0.5 * w
-        s = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
-        w = w * 30.0 * x**2 * (1.0 - x) ** 2
-        m = self.lengths.size
-        tests = np.stack([1.0 - s, s], axis=1) * w[:, None]
-        single, double = np.empty((m, 2, 2, 4 * m)), np.empty((m, 2, 2, 2 * m))
-        for k in range(m):
-            a, b = self.vertices[k], self._ends[k]
-            layers = self.layers(a + s[:, None] * (b - a))
-            for target, layer in zip((single, double), layers, strict=True):
-                rows = layer.reshape(s.size, 2, -1)
-                target[k] = self.lengths[k] * np.einsum("ql,qin->lin", tests, rows)
-        return single.reshape(4 * m, -1), double.reshape(4 * m, -1)
+        """V and K tested with tractions, both for discontinuous linear functions."""
+        return stokes_layers(self.vertices, log_radius=self.scale)
 
     @property
     def single(self) -> np.ndarray:
@@ -75,7 +62,9 @@ class PolygonStokes:
                 weight = self.lengths * (1.0 / 3.0 if row == column else 1.0 / 6.0)
                 for i in range(2):
                     mass[k, row, i, (k + column) % m, i] += weight
-        return self._tested[1] + 0.5 * mass.reshape(4 * m, 2 * m)
+        layer = self._tested[1].reshape(4 * m, m, 2, 2)
+        double = layer[:, :, 0] + np.roll(layer[:, :, 1], 1, axis=1)
+        return double.reshape(4 * m, 2 * m) + 0.5 * mass.reshape(4 * m, 2 * m)
 
     def evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Representation formula ``u = V t - K u`` at points ``(n, 2)`` inside.

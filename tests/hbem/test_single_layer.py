@@ -128,3 +128,30 @@ def test_wrong_arguments():
         QuadratureOrders(radial=40)
     orders = QuadratureOrders()
     assert sample(body, body.coefficients, orders).collapsed.sum() == 10
+
+
+@pytest.mark.parametrize("body", [fitted(torus(4, 5)), sphere(4, 5)])
+def test_direct_form_agrees_with_the_stored_matrix(body):
+    """Same near field, same plain sums: equal to rounding, for one vector and several."""
+    stored = single_layer(body, body.coefficients, storage="dense")
+    direct = single_layer(body, body.coefficients, storage="direct")
+    x = np.random.default_rng(2).standard_normal((stored.shape[0], 3))
+    size = np.abs(stored @ x).max()
+    assert np.abs(direct @ x - stored @ x).max() < 1e-13 * size
+    assert np.abs(direct @ x[:, 1] - (stored @ x)[:, 1]).max() < 1e-13 * size
+    np.testing.assert_array_equal(direct.dense(), stored.dense())
+    with pytest.raises(ValueError, match="storage"):
+        single_layer(body, body.coefficients, storage="sparse")
+
+
+def test_near_field_parts():
+    """The sparse blocks as scipy matrix and as dense parts are the same numbers."""
+    body = torus(4, 5)
+    near = single_layer(body, body.coefficients).near
+    x = np.random.default_rng(3).standard_normal((3 * body.n_dofs, 2))
+    product = near.apply(x.reshape(-1, 3, 2)).reshape(x.shape)
+    np.testing.assert_allclose(near.matrix() @ x, product, atol=1e-13 * np.abs(product).max())
+    rows, columns = np.array([3, 11, 4]), np.array([19, 0, 4, 7])
+    blocks = near.matrix().toarray().reshape(body.n_dofs, 3, body.n_dofs, 3)
+    part = blocks[np.ix_(rows, range(3), columns, range(3))]
+    np.testing.assert_array_equal(near.components(rows, columns)[..., 4], part[:, 1, :, 2])
