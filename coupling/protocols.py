@@ -28,6 +28,14 @@ class Result(enum.Enum):
     )
     KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
     GEOMETRY = "the configuration folded over itself or lost its orientation"
+    SELF_INTERSECTION = (
+        "the membrane meets itself and no smaller step avoids it; model the exterior "
+        "(fluid.viscosity_ratio > 0) or refine the mesh there"
+    )
+    INLET_CONTACT = (
+        "the membrane reached the inflow patch, where no lubrication keeps it away; stop the "
+        "outflow earlier or clamp the rim"
+    )
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
 
     @property

@@ -139,3 +139,25 @@ def skipped(scene: Scene) -> list[str]:
     if not scene.flow.refinements:
         skips.append("discretisation error: not estimated on uniform meshes")
     return skips
+
+
+def boundary_operators(polygon: np.ndarray) -> object:
+    """Planar Stokes operators of a polygon, for the Stokes part by boundary elements."""
+    from hbem.planar.polygon_stokes import PolygonStokes
+
+    return PolygonStokes(polygon)
+
+
+def boundary_flow_on(mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2):
+    """Navier-Stokes finite elements coupled to Stokes boundary elements."""
+    from coupling.model_adaptivity.boundary_stokes import boundary_flow
+
+    return boundary_flow(
+        mesh,
+        flagged,
+        DIRICHLET,
+        boundary_operators,
+        reynolds=reynolds,
+        outlet=OUTLET,
+        segments=segments,
+    )

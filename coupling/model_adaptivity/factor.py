@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
-RESIDUAL = 1e-9  # relative; refinement follows, so this is far below what is needed
+RESIDUAL = 1e-9  # relative; refinement goes far below it
 REFINEMENTS = 3
 
 

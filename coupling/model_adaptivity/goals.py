@@ -54,16 +54,18 @@ class Quadratic:
 
 @dataclass(frozen=True)
 class Traction:
-    """``J = F(l(v)) - N((u, p), l(v))``: traction on a boundary weighted with v.
+    """``J = N((u, p), l(v)) - F(l(v))``: sigma n on a boundary, on the fluid, weighted with v.
 
     ``lift`` is v on the boundary's nodes and 0 on all others; N is the full model everywhere.
     """
+
+    # departs from [T 7.3, item 2], printed with the opposite sign: N - F is what integration by
+    # parts leaves on the Dirichlet boundary
 
     flow: MixedFlow
     lift: np.ndarray
 
     def value(self, x: np.ndarray) -> float:
-        # the reaction: N minus F, as sigma n acts on the fluid that the residual balances
         return -float(self.lift @ self.flow.residual(x, self.flow.everywhere))
 
     def derivative(self, x: np.ndarray) -> np.ndarray:

@@ -209,7 +209,9 @@ def enlarged(flow: MixedFlow, step: Step, strategy: Strategy) -> np.ndarray:
         new = marked(eta, step.flagged, strategy.marking, strategy.parameter)
     else:
         logger.warning("step %d: %s", step.index, step.solution.outcome.value)
-    return step.flagged | (new if new.any() else grown(flow.space, step.flagged))
+    if not new.any():
+        new = grown(flow.space, step.flagged) if step.flagged.any() else flow.everywhere
+    return step.flagged | new
 
 
 def _result(step: Step, strategy: Strategy) -> Result:

@@ -137,7 +137,9 @@ def mixed_flow(
         raise ValueError(f"a Reynolds number is positive, got {reynolds}")
     space = taylor_hood(mesh, degree)
     fixed, values = prescribed(space, dirichlet)
-    facets = FacetBasis(mesh, space.velocity.elem, facets=outlet) if outlet else None
+    facets = None
+    if outlet:
+        facets = FacetBasis(mesh, space.velocity.elem, facets=outlet, intorder=3 * degree)
     viscous, saddle = _viscous(space, facets if stress else None, stress), _saddle(space)
     places = pattern(space, fixed)
     return MixedFlow(

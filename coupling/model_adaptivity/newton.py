@@ -21,6 +21,7 @@ logger = logging.getLogger(__name__)
 
 REUSE = 0.05  # a factor is kept while it reduces the residual at least by this
 SHORTEST = 1.0 / 64.0
+FLOOR = 1e-6  # of the tolerance: nothing is left to gain
 LADDER = (10.0, 30.0, 100.0, 200.0, 400.0, 700.0, 1000.0, 1500.0)
 
 
@@ -93,7 +94,7 @@ def solve(
     size, factor, made, worst = np.linalg.norm(r), None, 0, 0.0
     for k in range(max_iterations):
         done = size <= goal
-        if done and (factor is None or size <= 1e-6 * goal):
+        if size <= FLOOR * goal:
             break
         try:
             fresh = factor is None
@@ -109,7 +110,7 @@ def solve(
             break  # round-off floor
         if size_new >= size and fresh:
             return Solution(x, Newton.STALLED, float(size), k, made, worst)
-        if size_new > REUSE * size:
+        if size_new > REUSE * size and not done:
             factor = None
         if size_new < size:
             x, r, size = new, r_new, size_new
