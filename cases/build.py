@@ -20,15 +20,15 @@ from coupling.relaxation import Aitken, Constant, GaussSeidel
 from coupling.stability import starting_relaxation
 from coupling.time_loop import Simulation, StepControl, Tolerances
 from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
+from shells.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.material import Material
-from shells.support import extraction, rim
 from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
+from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
 from .preflight import contraction
 
@@ -39,14 +39,17 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume."""
     c = scene.structure
     surface = body.membrane
-    reference = body.coefficients[: body.n_membrane]
-    basis = SurfaceBasis(surface, reference, points=c.quadrature or None)
+    folded = body.coefficients[: body.n_membrane]
+    flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
+    natural = flat if c.reference == "flat" else folded
+    basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
+    # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag
+    curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if flat is not folded else None
     lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
-    fixed = rim(surface, body.rim_ring, c.inflow_rim)
-    E = extraction(surface.reduction, fixed, body.patch.n_coefficients)
-    return ShellStructure(KirchhoffLove(basis, material), E, EnclosedVolume(basis, offset))
+    shell = KirchhoffLove(basis, material, curvature=curvature)
+    return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
 
 
 def fluid(scene: Scene, body: Bag) -> object | None:
