@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import block_diag
 
+from coupling import certify
 from coupling.contact import minimum_gap
 from coupling.fixed_point import Partitioned
 from coupling.implicit import Implicit, StructureOnly
@@ -32,6 +34,7 @@ from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
 from .preflight import contraction
 
+CERTIFIED_SAMPLES = 4  # points per element side of the mesh that certifies a configuration
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
@@ -44,7 +47,9 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     natural = flat if c.reference == "flat" else folded
     basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
     # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag
-    curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if flat is not folded else None
+    curvature = (
+        curvature_in_frame(basis.reference, basis.jets(flat)) if flat is not folded else None
+    )
     lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
@@ -124,6 +129,16 @@ class Sampler:
             normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
         return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
 
+    @cached_property
+    def certificate(self) -> certify.Certificate:
+        """Check against self-intersection of the whole bag."""
+        x = np.linspace(0.0, 1.0, CERTIFIED_SAMPLES)
+        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+        parts = (self.body.membrane, self.body.patch)
+        sampling = block_diag([part.sample(xi, eta) for part in parts], format="csr")
+        cells = certify.grid_triangles(sum(p.n_elements for p in parts), CERTIFIED_SAMPLES)
+        return certify.Certificate(sampling, cells, self.body.coefficients)
+
     def surface_grid(
         self,
         coefficients: np.ndarray,
@@ -181,11 +196,16 @@ class Sampler:
 
 def skipped(scene: Scene) -> list[str]:
     """What this scene does not need and a run therefore leaves out."""
+    skips = []
     if scene.fluid.model == "pressure":
-        return ["fluid: uniform pressure, no boundary integrals"]
-    if scene.fluid.viscosity_ratio == 1.0:
-        return ["double layer: equal viscosities need the single layer only"]
-    return []
+        skips.append("fluid: uniform pressure, no boundary integrals")
+    elif scene.fluid.viscosity_ratio == 1.0:
+        skips.append("double layer: equal viscosities need the single layer only")
+    if scene.coupling.certify == "off":
+        skips.append("certificate against self-intersection: coupling.certify is 'off'")
+    elif not certify.available():
+        skips.append("certificate against self-intersection: needs pip install 'airfold[contact]'")
+    return skips
 
 
 def fields(scene: Scene) -> Sampler:
@@ -206,7 +226,15 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     )
 
     def diagnostics(state: State) -> Mapping[str, float]:
-        return {"min_gap": sampler.gap(state.coefficients)}
+        found = {"min_gap": sampler.gap(state.coefficients)}
+        if isinstance(body, FoldedBag):
+            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
+        return found
+
+    certified = scene.coupling.certify != "off" and certify.available()
+
+    def admissible(coefficients: np.ndarray) -> bool:
+        return not sampler.certificate.intersects(coefficients)
 
     return Simulation(
         structure=shell,
@@ -218,5 +246,6 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
         recorders=recorders,
         diagnostics=diagnostics,
+        admissible=admissible if certified else None,
         checkpoint_every=scene.output.checkpoint_every,
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from importlib.util import find_spec
 from typing import Any
 
 # Shapes a scene may name, and whether they have a patch the fluid flows in through.
@@ -55,9 +56,9 @@ class Mesh:
     """Spline degree, elements in a ring, rows on rim, fillet and inflow disc, element sizes.
 
     ``flat_max`` is the largest element on the sheets, ``pole`` the size of the one at the pole;
-    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there). A pillow has ``around`` elements
-    around, ``across`` between its zipped ends (0: half as many), all of degree 2, and ``inlet``
-    elements along a side of its inflow patch.
+    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there). A pillow
+    has ``around`` elements around, ``across`` between its zipped ends (0: half as many), all of
+    degree 2, and ``inlet`` elements along a side of its inflow patch.
     """
 
     degree: int = rule(3, choices=(2, 3))
@@ -138,6 +139,8 @@ class Coupling:
     """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
 
     ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
+    ``certify`` rejects steps that end in a self-intersection: "on" needs the extra ``contact``,
+    "available" does without where it is not installed.
     """
 
     scheme: str = rule("implicit", choices=("implicit", "gauss-seidel", "constant", "aitken"))
@@ -145,6 +148,7 @@ class Coupling:
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
+    certify: str = rule("off", choices=("off", "on", "available"))
 
 
 @dataclass(frozen=True)
@@ -293,6 +297,8 @@ def impossible(scene: Scene) -> list[str]:
         ),
     ]
     folds = _impossible_folds(g, m) if g.kind == "pillow" else []
+    if scene.coupling.certify == "on" and find_spec("ipctk") is None:
+        folds.append("coupling.certify: 'on' needs ipctk: pip install 'airfold[contact]'")
     return [message for wrong, message in cases if wrong] + folds
 
 

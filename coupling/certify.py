@@ -112,6 +112,11 @@ class Certificate:
 def grid_triangles(n_elements: int, points: int) -> np.ndarray:
     """Triangles of ``points x points`` samples on each element, second direction fastest."""
     i, j = (g.ravel() for g in np.meshgrid(*2 * [np.arange(points - 1)], indexing="ij"))
-    a, b, c, d = (i * points + j, (i + 1) * points + j, (i + 1) * points + j + 1, i * points + j + 1)
+    a, b, c, d = (
+        i * points + j,
+        (i + 1) * points + j,
+        (i + 1) * points + j + 1,
+        i * points + j + 1,
+    )
     cell = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     return (points**2 * np.arange(n_elements)[:, None, None] + cell).reshape(-1, 3)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,6 +66,8 @@ class Simulation:
         Prescribed enclosed volume V(t).
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
+    admissible : callable, optional
+        Whether a configuration ``(n_full, 3)`` may be accepted (no self-intersection, ...).
     checkpoint_every : int
         Steps between checkpoints.
     """
@@ -79,6 +81,7 @@ class Simulation:
     tolerances: Tolerances = Tolerances()
     recorders: Sequence[Recorder] = ()
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
+    admissible: Callable[[np.ndarray], bool] | None = None
     checkpoint_every: int = 10
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
@@ -182,10 +185,16 @@ class _Loop:
         attempt = sim.scheme.attempt(problem, self.memory)
         self.counts.add(attempt)
         self.pending.add(attempt)
+        if attempt.cause is None and not self._admissible(attempt):
+            attempt = replace(attempt, cause=Result.GEOMETRY)
         if attempt.cause is not None:
             self._reject(attempt, t, dt)
         else:
             self._accept(attempt, dt)
+
+    def _admissible(self, attempt: Attempt) -> bool:
+        check = self.sim.admissible
+        return check is None or check(attempt.step.state.coefficients)
 
     def _reject(self, attempt: Attempt, t: float, dt: float) -> None:
         self.counts.rejected += 1

@@ -139,9 +139,7 @@ class Pillow(TensorSurface):
             raise ValueError("a hole in a pillow must not reach its zipped ends")
         along = np.array([-1, 0, 1])
         i, j = np.nonzero(inside != np.roll(inside, -1, axis=0))
-        pairs = [
-            np.stack([self.wrap(i[:, None] + d, j[:, None] + along) for d in (0, 1)], axis=-1)
-        ]
+        pairs = [np.stack([self.wrap(i[:, None] + d, j[:, None] + along) for d in (0, 1)], axis=-1)]
         i, j = np.nonzero(inside[:, :-1] != inside[:, 1:])
         pairs.append(
             np.stack([self.wrap(i[:, None] + along, j[:, None] + d) for d in (0, 1)], axis=-1)

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from .fold import PlanarCurve, roll, zigzag
+from .fold import roll, zigzag
 
 Map = Callable[[np.ndarray], np.ndarray]
 Range = tuple[float, float]
@@ -74,7 +75,7 @@ def accordion_folding(folds: int, panel: float, gap: float) -> Folding:
     ends = length * np.arange(folds + 2)
     panels = tuple(
         (a + 0.5 * arc * (a > 0.0), b - 0.5 * arc * (k < folds))
-        for k, (a, b) in enumerate(zip(ends[:-1], ends[1:], strict=True))
+        for k, (a, b) in enumerate(pairwise(ends))
     )
     return Folding(
         (curve.fold,),
@@ -103,7 +104,7 @@ def roll_folding(turns: float, pitch: float, gap: float) -> Folding:
     radius = (1.0 - LEAD) / (2.0 * np.pi * turns + np.pi * pitch * turns**2)
     curve = roll(turns, radius, pitch * radius, lead=LEAD)
     quarters = np.linspace(0.0, 1.0 - LEAD, max(1, round(4 * turns)) + 1)
-    panels = (*zip(quarters[:-1], quarters[1:], strict=True), (1.0 - LEAD, 1.0))
+    panels = (*pairwise(quarters), (1.0 - LEAD, 1.0))
     return Folding(
         (curve.fold,),
         gap * radius,

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from shells.splines import SplineSpace
-from shells.support import extraction, rim
+from shells.support import extraction
+from shells.support import rim as held_rim
 from shells.surface import SplineSurface
 
 from .bag import Bag
@@ -167,7 +168,7 @@ def pancake(
     patch = SplineSurface(inward, t, pole_end=True)
 
     def support(kind: str) -> csr_matrix:
-        fixed = rim(membrane, -1, kind)
+        fixed = held_rim(membrane, -1, kind)
         return extraction(membrane.reduction, fixed, patch.n_coefficients)
 
     return Bag(
