@@ -51,15 +51,25 @@ class FoldedBag(Bag):
             for a, b in self.folding.panels
         ]  # fmt: skip
 
+    def _rotation(self, c: np.ndarray) -> np.ndarray:
+        """Rotation that takes the flat membrane nearest to coefficients ``c`` (Kabsch)."""
+        flat = self.flat[: self.n_membrane]
+        moved = (flat - flat.mean(axis=0)).T @ (c - c.mean(axis=0))
+        u, _, vt = np.linalg.svd(moved)
+        sign = np.sign(np.linalg.det(u @ vt))
+        return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
+
     @cached_property
     def _tangents(self) -> tuple[csr_matrix, csr_matrix]:
         middle = np.array([0.5])
         return tuple(self.membrane.sample(middle, middle, k) for k in (0, 1))
 
-    def panel_angles(self, coefficients: np.ndarray) -> np.ndarray:
-        """Angle in degrees of each panel's normal with that of the flat bag, z.
+    def panel_angles(self, coefficients: np.ndarray, *, aligned: bool = True) -> np.ndarray:
+        """Angle in degrees of each panel's normal with that of the flat bag.
 
-        A panel's normal is the mean of both its sheets, by area.
+        A panel's normal is the mean of both its sheets, by area. The flat bag lies in the
+        rigid position nearest to the configuration, because an open bag may tilt about its
+        patch; ``aligned=False`` leaves it where it was cut, normal to z.
         """
         c = coefficients[: self.n_membrane]
         s, t = (tangent @ c for tangent in self._tangents)
@@ -68,7 +78,8 @@ class FoldedBag(Bag):
             [normal[upper].sum(axis=0) - normal[lower].sum(axis=0)
              for upper, lower in self.panel_cells]
         )  # fmt: skip
-        cosine = means[:, 2] / np.linalg.norm(means, axis=1)
+        up = self._rotation(c)[:, 2] if aligned else np.array([0.0, 0.0, 1.0])
+        cosine = means @ up / np.linalg.norm(means, axis=1)
         return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
