@@ -54,6 +54,20 @@ def _apply(
     return np.stack([g[0], g[1], h[0, 0], h[1, 1], h[0, 1]])
 
 
+def curvature_in_frame(reference: Jets, shape: Jets) -> np.ndarray:
+    """Curvature (B_00, B_11, B_01) of ``shape`` in the tangent frame of ``reference``.
+
+    The stress-free curvature of a folded bag cut from flat cloth: ``shape`` is the flat bag on
+    the same parameters.
+
+    Returns
+    -------
+    (n_elements, n_points, 3) array
+    """
+    jets = _apply(frame_transform(reference), shape.grad, shape.hess)
+    return KirchhoffLove._fundamental_forms(jets)[1]
+
+
 class KirchhoffLove:
     """The shell's energy on one basis.
 

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, identity, lil_matrix
+from scipy.sparse.csgraph import connected_components
 
 from .splines import SplineSpace
 from .tensor_surface import TensorSurface
@@ -91,13 +92,8 @@ class Pillow(TensorSurface):
         return np.searchsorted(self.kept, self._grid_dofs)
 
     @cached_property
-    def reduction(self) -> csr_matrix:
-        """Scalar extraction ``(n_coefficients, n_dofs)`` of fields that are smooth at corners.
-
-        At a corner ``(i0, j0)`` the mean of the two coefficients next to it follows from four
-        neighbours; their half difference stays free. Local coordinate ``(s + i t)^2``: C1 iff
-        ``c[i0+1,j0] + c[i0-2,j0] + c[i0,j1] + c[i0-1,j1] = 2 (c[i0,j0] + c[i0-1,j0])``.
-        """
+    def _corner_rows(self) -> lil_matrix:
+        """Square map of grid coefficients that makes every field smooth at the corners."""
         full = lil_matrix(identity(self.n_s * self.n_t))
         for i0 in (0, self.n_s // 2):
             for j0, j1 in ((0, 1), (self.n_t - 1, self.n_t - 2)):
@@ -109,10 +105,80 @@ class Pillow(TensorSurface):
                 full[at, before] = full[before, before] = 0.0
                 full[before, at] = -1.0
                 full[at, around] = full[before, around] = 0.25
+        return full
+
+    def _used(self, full: lil_matrix) -> csr_matrix:
         rows = full.tocsr()[self.kept]
         rows.eliminate_zeros()
-        used = np.flatnonzero(np.diff(rows.tocsc().indptr))
-        return rows[:, used]
+        return rows[:, np.flatnonzero(np.diff(rows.tocsc().indptr))]
+
+    @cached_property
+    def reduction(self) -> csr_matrix:
+        """Scalar extraction ``(n_coefficients, n_dofs)`` of fields that are smooth at corners.
+
+        At a corner ``(i0, j0)`` the mean of the two coefficients next to it follows from four
+        neighbours; their half difference stays free. Local coordinate ``(s + i t)^2``: C1 iff
+        ``c[i0+1,j0] + c[i0-2,j0] + c[i0,j1] + c[i0-1,j1] = 2 (c[i0,j0] + c[i0-1,j0])``.
+        """
+        return self._used(self._corner_rows)
+
+    @cached_property
+    def rim_pairs(self) -> np.ndarray:
+        """Grid coefficients on either side of each element edge at the rim of a hole, ``(n, 2)``.
+
+        On such an edge a field is the mean of both and its slope across is their difference.
+
+        Raises
+        ------
+        ValueError
+            A hole that reaches a zipped end.
+        """
+        inside = np.zeros((self.n_s, self.n_t), dtype=bool)
+        inside.ravel()[self.selected] = True
+        if not (inside[:, 0].all() and inside[:, -1].all()):
+            raise ValueError("a hole in a pillow must not reach its zipped ends")
+        along = np.array([-1, 0, 1])
+        i, j = np.nonzero(inside != np.roll(inside, -1, axis=0))
+        pairs = [np.stack([self.wrap(i[:, None] + d, j[:, None] + along) for d in (0, 1)], axis=-1)]
+        i, j = np.nonzero(inside[:, :-1] != inside[:, 1:])
+        pairs.append(
+            np.stack([self.wrap(i[:, None] + along, j[:, None] + d) for d in (0, 1)], axis=-1)
+        )
+        return np.unique(np.concatenate([p.reshape(-1, 2) for p in pairs]), axis=0)
+
+    def held(self, kind: str) -> csr_matrix:
+        """`reduction` of fields that vanish at the rim, with their slope if it is clamped.
+
+        Parameters
+        ----------
+        kind : {"hinged", "clamped"}
+
+        Raises
+        ------
+        ValueError
+            Another kind, or a hole too close to a corner.
+        """
+        if kind not in ("hinged", "clamped"):
+            raise ValueError(f"a rim is 'hinged' or 'clamped', not {kind!r}")
+        full, pairs = self._corner_rows.tocsr(), self.rim_pairs
+        rim = np.unique(pairs)
+        n = full.shape[0]
+        if full[rim].nnz != rim.size or full[:, rim].nnz != rim.size:
+            raise ValueError("a hole in a pillow must keep three elements away from its corners")
+        full = full.tolil()
+        full[rim, rim] = 0.0
+        if kind == "hinged":
+            # both signs of each coefficient as nodes: c_a = -c_b joins a+ to b- and a- to b+
+            a, b = pairs.T
+            edges = (np.ones(2 * a.size), (np.r_[a, a + n], np.r_[b + n, b]))
+            _, label = connected_components(csr_matrix(edges, shape=(2 * n, 2 * n)), False)
+            plus, minus = label[rim], label[rim + n]
+            free = plus != minus  # else c = -c
+            _, column = np.unique(np.minimum(plus, minus)[free], return_index=True)
+            first = dict(zip(np.minimum(plus, minus)[free][column], rim[free][column], strict=True))
+            for row, p, m in zip(rim[free], plus[free], minus[free], strict=True):
+                full[row, first[min(p, m)]] = 1.0 if p < m else -1.0
+        return self._used(full)
 
     @property
     def density_reduction(self) -> csr_matrix:
