@@ -11,27 +11,30 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import block_diag
 
+from coupling import certify
 from coupling.contact import minimum_gap
 from coupling.fixed_point import Partitioned
 from coupling.implicit import Implicit, StructureOnly
-from coupling.protocols import Recorder, State
+from coupling.protocols import Recorder, Result, State
 from coupling.relaxation import Aitken, Constant, GaussSeidel
 from coupling.stability import starting_relaxation
 from coupling.time_loop import Simulation, StepControl, Tolerances
 from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
+from shells.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.material import Material
-from shells.support import extraction, rim
 from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
+from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
-from .preflight import contraction
+from .preflight import contraction, fluid_budget, quadrature
 
+CERTIFIED_SAMPLES = 4  # points per element side of the mesh that certifies a configuration
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
@@ -39,14 +42,19 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume."""
     c = scene.structure
     surface = body.membrane
-    reference = body.coefficients[: body.n_membrane]
-    basis = SurfaceBasis(surface, reference, points=c.quadrature or None)
+    folded = body.coefficients[: body.n_membrane]
+    flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
+    natural = flat if c.reference == "flat" else folded
+    basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
+    # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag
+    curvature = (
+        curvature_in_frame(basis.reference, basis.jets(flat)) if flat is not folded else None
+    )
     lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
-    fixed = rim(surface, body.rim_ring, c.inflow_rim)
-    E = extraction(surface.reduction, fixed, body.patch.n_coefficients)
-    return ShellStructure(KirchhoffLove(basis, material), E, EnclosedVolume(basis, offset))
+    shell = KirchhoffLove(basis, material, curvature=curvature, membrane=c.membrane)
+    return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
 
 
 def fluid(scene: Scene, body: Bag) -> object | None:
@@ -56,9 +64,8 @@ def fluid(scene: Scene, body: Bag) -> object | None:
     from hbem.enclosed_flow import EnclosedStokes
     from hbem.krylov import DENSE_LIMIT
     from hbem.patches import union
-    from hbem.quadrature import QuadratureOrders
 
-    f = scene.fluid
+    f, asked = scene.fluid, fluid_budget(scene, body)
     patches = union(body.membrane, body.patch)
     inflow = np.arange(patches.n_elements) >= body.membrane.n_elements
     return EnclosedStokes(
@@ -67,16 +74,11 @@ def fluid(scene: Scene, body: Bag) -> object | None:
         body.profile,
         mass_ratio=f.mass_ratio,
         viscosity_ratio=f.viscosity_ratio,
-        orders=QuadratureOrders(
-            outer=f.outer_points,
-            far=max(3, f.outer_points),
-            radial=f.polar[0],
-            angular=f.polar[1],
-            near_ball=f.near_ball,
-        ),
+        orders=quadrature(scene, asked),
         dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
-        tolerance=f.krylov_tolerance,
+        tolerance=f.krylov_tolerance or asked.krylov,
         max_iterations=f.krylov_iterations,
+        preconditioner=asked.preconditioner,
     )
 
 
@@ -121,6 +123,16 @@ class Sampler:
             normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
         return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
 
+    @cached_property
+    def certificate(self) -> certify.Certificate:
+        """Check against self-intersection of the whole bag."""
+        x = np.linspace(0.0, 1.0, CERTIFIED_SAMPLES)
+        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+        parts = (self.body.membrane, self.body.patch)
+        sampling = block_diag([part.sample(xi, eta) for part in parts], format="csr")
+        cells = certify.grid_triangles(sum(p.n_elements for p in parts), CERTIFIED_SAMPLES)
+        return certify.Certificate(sampling, cells, self.body.coefficients)
+
     def surface_grid(
         self,
         coefficients: np.ndarray,
@@ -160,7 +172,7 @@ class Sampler:
             part_of.append(np.full(part.n_elements * tessellate**2, k))
             data["velocity"].append(sample @ self.split(velocity)[k])
             if traction is not None:
-                data["traction"].append(sample @ (part.reduction @ tractions[k]))
+                data["traction"].append(sample @ (part.density_reduction @ tractions[k]))
             start += points[-1].shape[0]
         return {
             "points": np.concatenate(points),
@@ -178,11 +190,16 @@ class Sampler:
 
 def skipped(scene: Scene) -> list[str]:
     """What this scene does not need and a run therefore leaves out."""
+    skips = []
     if scene.fluid.model == "pressure":
-        return ["fluid: uniform pressure, no boundary integrals"]
-    if scene.fluid.viscosity_ratio == 1.0:
-        return ["double layer: equal viscosities need the single layer only"]
-    return []
+        skips.append("fluid: uniform pressure, no boundary integrals")
+    elif scene.fluid.viscosity_ratio == 1.0:
+        skips.append("double layer: equal viscosities need the single layer only")
+    if scene.coupling.certify == "off":
+        skips.append("certificate against self-intersection: coupling.certify is 'off'")
+    elif not certify.available():
+        skips.append("certificate against self-intersection: needs pip install 'airfold[contact]'")
+    return skips
 
 
 def fields(scene: Scene) -> Sampler:
@@ -203,7 +220,16 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     )
 
     def diagnostics(state: State) -> Mapping[str, float]:
-        return {"min_gap": sampler.gap(state.coefficients)}
+        found = {"min_gap": sampler.gap(state.coefficients)}
+        if isinstance(body, FoldedBag):
+            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
+        return found
+
+    certified = scene.coupling.certify != "off" and certify.available()
+
+    def inspect(coefficients: np.ndarray) -> Result | None:
+        crossed = sampler.certificate.intersects(coefficients)
+        return Result.SELF_INTERSECTION if crossed else None
 
     return Simulation(
         structure=shell,
@@ -215,5 +241,6 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
         recorders=recorders,
         diagnostics=diagnostics,
+        inspect=inspect if certified else None,
         checkpoint_every=scene.output.checkpoint_every,
     )

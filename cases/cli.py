@@ -89,10 +89,15 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     scene = loader.read(options.scene, options.overrides)
-    from . import preflight
     from .output.forecast import show
 
-    show(scene, preflight.forecast(scene))
+    if scene.kind == "model-adaptivity":
+        from .flow.forecast import forecast
+    elif scene.kind == "planar":
+        from .planar.forecast import forecast
+    else:
+        from .preflight import forecast
+    show(scene, forecast(scene))
     return COMPLETED
 
 
@@ -150,16 +155,11 @@ def _ended(finished: Finished, folder: Path) -> int:
     if outcome is None:
         print(f"stopped; continue with: airfold resume {folder}")
         return STOPPED
-    where = f"step {outcome.step}, t = {outcome.t:g}"
     if outcome.result.ok:
-        counts = outcome.counts
-        print(
-            f"completed at {where}: {counts.get('rejected', 0)} rejected steps, "
-            f"{counts.get('assemblies', 0)} assemblies"
-        )
+        print(f"completed at {outcome.where}: {outcome.summary}")
     else:
         advice = outcome.detail or outcome.result.value
-        print(f"{outcome.result.name} at {where}: {advice}", file=sys.stderr)
+        print(f"{outcome.result.name} at {outcome.where}: {advice}", file=sys.stderr)
     print(f"picture: {finished.picture}" if finished.picture else f"results: {folder}")
     return COMPLETED if outcome.result.ok else STUCK
 

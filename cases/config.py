@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Any, ClassVar
 
 # Shapes a scene may name, and whether they have a patch the fluid flows in through.
-GEOMETRIES: Mapping[str, bool] = {"pancake": True, "sphere": False}
+GEOMETRIES: Mapping[str, bool] = {"pancake": True, "pillow": True, "sphere": False}
+FOLDS = ("flat", "accordion", "roll", "double")
 
 
 def rule(default: Any, **limits: Any) -> Any:
@@ -23,13 +25,30 @@ def rule(default: Any, **limits: Any) -> Any:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Initial shape, lengths in units of L; ``radius`` is half the distance of the sheets."""
+    """Initial shape.
+
+    Pancake: lengths in units of L, ``radius`` is half the distance of the sheets. Pillow: a bag of
+    unit length, ``width`` across, folded ``folds`` times (``folds_across`` times more in the
+    other direction) or rolled ``turns`` times; ``panel``, ``gap`` (distance of the sheets) and
+    ``pitch`` of a roll in fold radii, the gap of a flat bag in units of L; ``crumple`` is the
+    amplitude of a random collision-free displacement after folding.
+    """
 
     kind: str = rule("pancake", choices=tuple(GEOMETRIES))
     radius: float = rule(1.0, above=0.0)
     half_width: float = rule(10.0, above=0.0)
     neck_radius: float = rule(1.0, above=0.0)
     fillet: float = rule(1.0, above=0.0)
+    plan: str = rule("rectangle", choices=("rectangle", "round"))
+    width: float = rule(1.0, above=0.0)
+    fold: str = rule("flat", choices=FOLDS)
+    folds: int = rule(2, least=1)
+    folds_across: int = rule(1, least=1)
+    turns: float = rule(2.0, above=0.0)
+    pitch: float = rule(1.0, above=0.0)
+    panel: float = rule(10.0, above=0.0)
+    gap: float = rule(0.4, above=0.0)
+    crumple: float = rule(0.0, least=0.0, most=1.0)
 
 
 @dataclass(frozen=True)
@@ -37,7 +56,9 @@ class Mesh:
     """Spline degree, elements in a ring, rows on rim, fillet and inflow disc, element sizes.
 
     ``flat_max`` is the largest element on the sheets, ``pole`` the size of the one at the pole;
-    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there).
+    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there). A pillow
+    has ``around`` elements around, ``across`` between its zipped ends (0: half as many), all of
+    degree 2, and ``inlet`` elements along a side of its inflow patch.
     """
 
     degree: int = rule(3, choices=(2, 3))
@@ -48,13 +69,18 @@ class Mesh:
     pole: float = rule(2.0, above=0.0)
     disc: int = rule(2, least=1)
     joints: str = rule("smooth", choices=("smooth", "double"))
+    across: int = rule(0, least=0)
+    inlet: int = rule(2, least=2)
 
 
 @dataclass(frozen=True)
 class Structure:
     """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
 
-    ``quadrature`` counts Gauss points per direction; 0 means degree + 1.
+    ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
+    points of the membrane energy: ``"patch"`` is the reduced rule that does not lock.
+    ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
+    folded state and the curvature of the flat bag, ``flat`` both from the flat bag.
     """
 
     stiffness: float = rule(1.0, above=0.0)
@@ -63,6 +89,8 @@ class Structure:
     flexural_rigidity: float = rule(1e-2, above=0.0)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
+    membrane: str = rule("gauss", choices=("gauss", "patch"))
+    reference: str = rule("folded", choices=("folded", "flat"))
 
 
 @dataclass(frozen=True)
@@ -71,7 +99,8 @@ class Fluid:
 
     ``mass_ratio`` is m = varpi/Re, ``tolerance`` the relative traction error, ``outer_points``
     Gauss points per direction of the outer integral, ``polar`` radial and angular points of the
-    self rule, ``near_ball`` the reach of the near rule in element radii.
+    self rule, ``near_ball`` the reach of the near rule in element radii. ``polar = [0, 0]`` and
+    ``krylov_tolerance = 0`` follow from ``tolerance`` and the narrowest gap.
     """
 
     model: str = rule("stokes", choices=("stokes", "pressure"))
@@ -79,10 +108,10 @@ class Fluid:
     mass_ratio: float = rule(0.005, above=0.0)
     tolerance: float = rule(1e-3, above=0.0, below=1.0)
     outer_points: int = rule(3, choices=(2, 3, 4))
-    polar: tuple[int, int] = rule((8, 10), least=2)
+    polar: tuple[int, int] = rule((0, 0), least=0)
     near_ball: float = rule(1.0, above=0.0)
     solver: str = rule("auto", choices=("auto", "lu", "gmres"))
-    krylov_tolerance: float = rule(1e-8, above=0.0, below=1.0)
+    krylov_tolerance: float = rule(0.0, least=0.0, below=1.0)
     krylov_iterations: int = rule(500, least=1)
 
 
@@ -113,6 +142,8 @@ class Coupling:
     """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
 
     ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
+    ``certify`` rejects steps that end in a self-intersection: "on" needs the extra ``contact``,
+    "available" does without where it is not installed.
     """
 
     scheme: str = rule("implicit", choices=("implicit", "gauss-seidel", "constant", "aitken"))
@@ -120,6 +151,7 @@ class Coupling:
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
+    certify: str = rule("off", choices=("off", "on", "available"))
 
 
 @dataclass(frozen=True)
@@ -184,6 +216,8 @@ DETERMINED: Mapping[str, str] = {
 class Scene:
     """Everything a run is made of; see `cases.loader` for the way from and to TOML."""
 
+    kind: ClassVar[str] = "inflation"
+
     name: str
     description: str = ""
     geometry: Geometry = Geometry()
@@ -195,6 +229,16 @@ class Scene:
     coupling: Coupling = Coupling()
     output: Output = Output()
     physical: Physical | None = None
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """For run.json."""
+        return {
+            "fluid.tolerance": self.fluid.tolerance,
+            "fluid.krylov_tolerance": self.fluid.krylov_tolerance,
+            "coupling.tolerance": self.coupling.tolerance,
+            "coupling.absolute_tolerance": self.coupling.absolute_tolerance,
+        }
 
 
 SECTIONS: Mapping[str, type] = {
@@ -243,13 +287,17 @@ def impossible(scene: Scene) -> list[str]:
             f"use one of {', '.join(repr(k) for k, open_ in GEOMETRIES.items() if open_)}",
         ),
         (
-            has_patch and lower <= 0.0,
+            g.kind == "pancake" and lower <= 0.0,
             f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
             f"radius + neck_radius + fillet = {g.radius + g.neck_radius + g.fillet:g}",
         ),
         (
-            m.joints == "double" and m.degree == 2,
+            g.kind == "pancake" and m.joints == "double" and m.degree == 2,
             "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
+        ),
+        (
+            tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
+            f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
         ),
         (
             scene.inflow.t2 < scene.inflow.t1,
@@ -262,9 +310,46 @@ def impossible(scene: Scene) -> list[str]:
             f"time.dt_floor: {t.dt_floor:g} must be below time.dt = {t.dt:g}",
         ),
     ]
+    folds = _impossible_folds(g, m) if g.kind == "pillow" else []
+    if scene.coupling.certify == "on" and find_spec("ipctk") is None:
+        folds.append("coupling.certify: 'on' needs ipctk: pip install 'airfold[contact]'")
+    return [message for wrong, message in cases if wrong] + folds
+
+
+def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
+    """Foldings that cannot be: sheets inside out, panels too short, a basis too small."""
+    folded, zigzag = g.fold != "flat", g.fold in ("accordion", "double")
+    closest = g.pitch if g.fold == "roll" else 2.0
+    across = m.across or m.around // 2
+    cases = [
+        (
+            folded and g.gap >= closest,
+            f"geometry.gap: {g.gap:g} fold radii: neighbouring panels would touch or sheets turn "
+            f"inside out; it must be below {closest:g}",
+        ),
+        (
+            not folded and g.gap >= 1.0,
+            f"geometry.gap: {g.gap:g} of the length is no flat bag; use less than 1",
+        ),
+        (
+            zigzag and g.panel <= math.pi,
+            f"geometry.panel: {g.panel:g} fold radii leave no room for the folds; it must exceed "
+            "pi fold radii (6 or 10 are usual)",
+        ),
+        (
+            m.degree != 2,
+            f"mesh.degree: {m.degree} is not possible on a pillow, whose corner conditions are "
+            "those of biquadratic splines; use mesh.degree = 2",
+        ),
+        (
+            m.around % 2 == 1 or m.around < 12 or across < 6,
+            f"mesh.around: a pillow needs an even number of at least 12 elements around and 6 "
+            f"across, not {m.around} x {across}",
+        ),
+        (
+            m.inlet > across // 3,
+            f"mesh.inlet: {m.inlet} elements are too many for {across} across; use at most "
+            f"{across // 3}",
+        ),
+    ]
     return [message for wrong, message in cases if wrong]
-
-
-def section_fields(name: str) -> dict[str, Any]:
-    """Fields of a section by name."""
-    return {f.name: f for f in fields(SECTIONS[name])}

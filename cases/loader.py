@@ -11,21 +11,19 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
+from types import ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from .config import (
-    DETERMINED,
-    SECTIONS,
-    Physical,
-    Scene,
-    impossible,
-    out_of_range,
-    section_fields,
-)
+from . import config
+from .config import DETERMINED, Physical, Scene, out_of_range
+from .flow import config as flow_config
+from .planar import config as planar_config
 
+# A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
+KINDS: Mapping[str, ModuleType] = {m.Scene.kind: m for m in (config, flow_config, planar_config)}
 _TOP = {"name": str, "description": str}
 _KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
 _MISSING = object()
@@ -50,8 +48,8 @@ def shipped() -> dict[str, str]:
     return {name: _parse(name, _text(name))["description"] for name in _names()}
 
 
-def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene:
-    """Load and validate a scene.
+def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene | flow_config.Scene:
+    """Load and validate a scene; its key ``kind`` tells which simulation it is.
 
     Parameters
     ----------
@@ -72,16 +70,17 @@ def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene:
     return _scene(table, errors)
 
 
-def write(scene: Scene) -> str:
+def write(scene: Scene | flow_config.Scene) -> str:
     """The scene as TOML with every default spelled out; reads back to an equal scene."""
-    lines = [f"name = {_literal(scene.name)}", f"description = {_literal(scene.description)}"]
+    top = ("name", "description", "kind")
+    lines = [f"{key} = {_literal(getattr(scene, key))}" for key in top]
     groups = scene.physical.groups() if scene.physical else {}
-    for section in SECTIONS:
+    for section, kind in KINDS[scene.kind].SECTIONS.items():
         part = getattr(scene, section)
         if part is None:
             continue
         lines += ["", f"[{section}]"]
-        for key in section_fields(section):
+        for key in _fields(kind):
             line = f"{key} = {_literal(getattr(part, key))}"
             given = f"{section}.{key}" in groups
             lines.append(f"# {line}  # from [physical]" if given else line)
@@ -145,51 +144,68 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
     return []
 
 
-def _scene(table: Mapping[str, Any], errors: list[str]) -> Scene:
+def _scene(table: Mapping[str, Any], errors: list[str]) -> Scene | flow_config.Scene:
     """Scene of a parsed table; all problems are collected before any is raised."""
-    known = [*_TOP, *SECTIONS]
+    kind = _kind(table, errors)
+    known = [*_TOP, "kind", *kind.SECTIONS]
     for key in table:
         if key not in known:
             errors.append(f"{key}: unknown key{_nearest(key, known)}")
     values = {key: _value(key, table.get(key, ""), kind, errors) for key, kind in _TOP.items()}
     values = {key: "" if value is _MISSING else value for key, value in values.items()}
-    sections = {name: _section(name, table[name], errors) for name in SECTIONS if name in table}
-    scene = Scene(**values, **sections)
+    sections = {
+        name: _section(name, section, table[name], errors)
+        for name, section in kind.SECTIONS.items()
+        if name in table
+    }
+    scene = kind.Scene(**values, **sections)
     if scene.physical is not None:
         errors += _given_twice(table)
         errors += _absent(table["physical"])
     if errors:
         # combinations are judged where each value is good by itself
         bad = {message.split(":")[0].split(".")[0] for message in errors}
-        errors += [m for m in impossible(scene) if m.split(".")[0] not in bad]
+        errors += [m for m in kind.impossible(scene) if m.split(".")[0] not in bad]
         raise SceneError(errors)
     if scene.physical is not None:
         scene = _with_groups(scene, scene.physical)
-    if wrong := impossible(scene):
+    if wrong := kind.impossible(scene):
         raise SceneError(wrong)
     return scene
 
 
-def _section(name: str, table: Any, errors: list[str]) -> Any:
+def _kind(table: Mapping[str, Any], errors: list[str]) -> ModuleType:
+    name = table.get("kind", Scene.kind)
+    if name in KINDS:
+        return KINDS[name]
+    errors.append(f"kind: {_shown(name)} is none of {', '.join(map(repr, KINDS))}")
+    return config
+
+
+def _fields(section: type) -> dict[str, Any]:
+    return {f.name: f for f in fields(section)}
+
+
+def _section(name: str, section: type, table: Any, errors: list[str]) -> Any:
     """One section; its bad values are reported and replaced by defaults."""
     if not isinstance(table, dict):
         errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
-        return SECTIONS[name]()
-    fields, hints = section_fields(name), get_type_hints(SECTIONS[name])
+        return section()
+    known, hints = _fields(section), get_type_hints(section)
     good = {}
     for key, raw in table.items():
         path = f"{name}.{key}"
-        if key not in fields:
-            errors.append(f"{path}: unknown key{_nearest(key, list(fields))}")
+        if key not in known:
+            errors.append(f"{path}: unknown key{_nearest(key, list(known))}")
             continue
         value = _value(path, raw, hints[key], errors)
         if value is _MISSING:
             continue
-        wrong = out_of_range(path, value, fields[key].metadata)
+        wrong = out_of_range(path, value, known[key].metadata)
         errors += wrong
         if not wrong:
             good[key] = value
-    return SECTIONS[name](**good)
+    return section(**good)
 
 
 def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
@@ -239,7 +255,7 @@ def _given_twice(table: Mapping[str, Any]) -> list[str]:
 
 def _absent(physical: Any) -> list[str]:
     """Values of [physical] that are needed but not given."""
-    needed = [key for key in section_fields("physical") if key != "poisson_ratio"]
+    needed = [key for key in _fields(Physical) if key != "poisson_ratio"]
     given = physical if isinstance(physical, dict) else {}
     return [f"physical.{key}: is needed in [physical]" for key in needed if key not in given]
 

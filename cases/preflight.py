@@ -5,12 +5,15 @@ Needs the geometry only: neither scikit-fem nor numba is loaded.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.stability import contraction_forecast
+from hbem.accuracy import Budget, budget
+from hbem.quadrature import QuadratureOrders
 
+from . import locking
 from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
@@ -52,10 +55,32 @@ def contraction(scene: Scene, body: Bag | None = None) -> float:
     )
 
 
+def fluid_budget(scene: Scene, body: Bag | None = None) -> Budget:
+    """Tolerances of the boundary integrals from the scene's traction error and narrowest gap."""
+    body = initial_bag(scene) if body is None else body
+    return budget(scene.fluid.tolerance, body.gap, body.extent)
+
+
+def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
+    """Orders of the budget, or those that the scene insists on."""
+    f = scene.fluid
+    radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
+    return replace(
+        asked.orders,
+        outer=f.outer_points,
+        far=max(3, f.outer_points, asked.orders.far),
+        radial=radial,
+        angular=angular,
+        near_ball=f.near_ball,
+    )
+
+
 def forecast(scene: Scene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
     body = initial_bag(scene)
-    items, warnings = _sizes(scene, body), _structure_warnings(scene, body)
+    items = _sizes(scene, body)
+    locked = locking.warning(scene, body)
+    warnings = [locked] if locked else []
     if scene.fluid.model == "pressure":
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:
@@ -106,24 +131,13 @@ def _sizes(scene: Scene, body: Bag) -> list[Item]:
     ]
 
 
-def _structure_warnings(scene: Scene, body: Bag) -> list[str]:
-    thickness = np.sqrt(12.0 * scene.structure.flexural_rigidity)
-    ratio = thickness / scene.geometry.radius
-    size = np.pi * scene.geometry.radius / scene.mesh.rim
-    if ratio < 0.05 and scene.mesh.degree == 2:
-        return [
-            f"thickness over fold radius is {ratio:.1e}: quadratic splines lock there (half the "
-            f"answer at 1e-3 on elements of {size:.2g}); set mesh.degree = 3"
-        ]
-    return []
-
-
 def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
     f = scene.fluid
     elements = body.membrane.n_elements + body.patch.n_elements
     unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
     memory = 8.0 * unknowns**2 / GIGABYTE
     rho = contraction(scene, body)
+    asked = fluid_budget(scene, body)
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
@@ -136,10 +150,10 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
-        Item("traction tolerance", f.tolerance, "", f"Krylov {f.krylov_tolerance:g}"),
+        *_accuracy(asked, quadrature(scene, asked), f.krylov_tolerance),
         Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
     ]
-    warnings = []
+    warnings = list(asked.warnings)
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
     others = ", ".join(f"{k} needs rho < {v:g}" for k, v in LIMITS.items())
     if rho > limit:
@@ -161,3 +175,19 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
             "moves; lower inflow.final_volume or raise inflow.t2"
         )
     return items, warnings
+
+
+def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:
+    """What the traction tolerance comes to in the narrowest gap."""
+    p, c = asked.predicted, asked.compression
+    near = f"sinh {orders.near_offset:g} + {orders.near_slope:g} ln(1/b)"
+    self_rule = f"polar {orders.radial} x {orders.angular}, far {orders.source} x {orders.source}"
+    return [
+        Item(
+            "traction tolerance", asked.traction, "", f"in a gap of thinness {asked.thinness:.2g}"
+        ),
+        Item("traction error expected", asked.total, "", "quadrature, compression, Krylov"),
+        Item("  of quadrature", p["quadrature"], "", f"{near}, {self_rule}"),
+        Item("  of compression", p["compression"], "", f"ACA {c['aca']:.1e}, H2 {c['h2']:.1e}"),
+        Item("  of Krylov", p["krylov"], "", f"true residual {krylov or asked.krylov:.1e}"),
+    ]

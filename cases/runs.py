@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import loader
+from .accuracy import Accuracy
 from .config import Scene
+from .flow import config as flow_config
+from .flow import run as flow_run
 from .output.atomic import remove_parts, replacing
 from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
 from .output.history import History, read_history
@@ -69,6 +72,8 @@ def start(
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(folder / "run.toml") as file:
         file.write(loader.write(scene))
+    if isinstance(scene, flow_config.Scene):
+        return _run_flow(scene, folder, console, flow_run.Start())
     return _run(scene, folder, console, tolerances=tolerances)
 
 
@@ -87,6 +92,12 @@ def resume(
     if not (folder / "run.toml").exists():
         raise FolderError(f"{folder} holds no run.toml; start a run there: airfold run SCENE --out")
     scene = loader.read(folder / "run.toml")
+    if isinstance(scene, flow_config.Scene):
+        try:
+            remove_parts(folder)
+            return _run_flow(scene, folder, console, flow_run.load(folder, scene))
+        except flow_run.CheckpointError as error:
+            raise FolderError(f"{folder}: {error}") from error
     snapshot, file = None, folder / "checkpoint.npz"
     if file.exists():
         try:
@@ -108,9 +119,18 @@ def draw(folder: Path) -> Path:
     if not (folder / "history.csv").exists():
         raise FolderError(f"{folder} holds no history.csv; is it a run folder?")
     try:
-        return overview(folder)
+        return _picture_of(folder)(folder)
     except NoPicture as error:
         raise FolderError(str(error)) from error
+
+
+def _picture_of(folder: Path) -> Callable[[Path], Path]:
+    """What draws the runs of the folder's kind."""
+    if isinstance(loader.read(folder / "run.toml"), flow_config.Scene):
+        from .flow.picture import overview as flow_overview
+
+        return flow_overview
+    return overview
 
 
 @dataclass
@@ -128,10 +148,13 @@ class _Recorders:
     def of(
         cls, scene: Scene, folder: Path, console: Console, tolerances: Mapping[str, Any] | None
     ) -> _Recorders:
+        accuracy = Accuracy.of(scene)
+        for warning in accuracy.budget.warnings if accuracy else ():
+            console.print(f"warning: {warning}", markup=False, highlight=False)
         return cls(
             History(folder / "history.csv", scene.physical),
             Iterations(folder),
-            RunRecord(folder / "run.json", scene, tolerances),
+            RunRecord(folder / "run.json", scene, tolerances, accuracy),
             Checkpoint(folder / "checkpoint.npz", scene),
             Progress(console, scene.time.end),
         )
@@ -185,6 +208,22 @@ def _run(
         recorders.progress.stop()
 
 
+def _run_flow(
+    scene: flow_config.Scene, folder: Path, console: Console, start: flow_run.Start
+) -> Finished:
+    record = RunRecord(folder / "run.json", scene)
+    try:
+        outcome = flow_run.run(scene, folder, console, record, start)
+        record.ended(outcome)
+        return Finished(outcome, _picture(scene, folder, record))
+    except KeyboardInterrupt:
+        record.broken_off("interrupted")
+        return Finished(None)
+    except Exception as error:
+        record.broken_off(f"failed: {type(error).__name__}: {error}")
+        raise
+
+
 def _fields(scene: Scene, folder: Path, build: Any) -> Fields | None:
     o = scene.output
     if not o.fields_every:
@@ -206,7 +245,7 @@ def _picture(scene: Scene, folder: Path, record: RunRecord) -> Path | None:
     else:
         try:
             with record.phase("picture"):
-                path = overview(folder)
+                path = _picture_of(folder)(folder)
         except Exception as error:
             record.skip(f"overview.png: {type(error).__name__}: {error}")
     record.write()

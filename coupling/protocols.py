@@ -28,6 +28,14 @@ class Result(enum.Enum):
     )
     KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
     GEOMETRY = "the configuration folded over itself or lost its orientation"
+    SELF_INTERSECTION = (
+        "the membrane meets itself and no smaller step avoids it; model the exterior "
+        "(fluid.viscosity_ratio > 0) or refine the mesh there"
+    )
+    INLET_CONTACT = (
+        "the membrane reached the inflow patch, where no lubrication keeps it away; stop the "
+        "outflow earlier or clamp the rim"
+    )
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
 
     @property
@@ -106,6 +114,9 @@ class Fluid(Protocol):
     """A fluid model; assembling costs, so one operator serves one geometry."""
 
     def assemble(self, coefficients: np.ndarray) -> FluidOperator: ...
+
+    def reset(self) -> None:
+        """Forget what is kept from one geometry to the next; called at checkpoints."""
 
 
 class Structure(Protocol):
@@ -201,6 +212,15 @@ class Outcome:
     t: float
     counts: Mapping[str, float]
     detail: str = ""
+
+    @property
+    def where(self) -> str:
+        return f"step {self.step}, t = {self.t:g}"
+
+    @property
+    def summary(self) -> str:
+        rejected, assemblies = (self.counts.get(k, 0) for k in ("rejected", "assemblies"))
+        return f"{rejected} rejected steps, {assemblies} assemblies"
 
 
 class Recorder(Protocol):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,6 +66,9 @@ class Simulation:
         Prescribed enclosed volume V(t).
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
+    inspect : callable, optional
+        Why a configuration must not be accepted, or None. A run that ends at the floor of its
+        step because of it has this `Result`.
     checkpoint_every : int
         Steps between checkpoints.
     """
@@ -79,6 +82,7 @@ class Simulation:
     tolerances: Tolerances = Tolerances()
     recorders: Sequence[Recorder] = ()
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
+    inspect: Callable[[np.ndarray], Result | None] | None = None
     checkpoint_every: int = 10
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
@@ -116,6 +120,7 @@ class _Loop:
     sim: Simulation
     start: Snapshot | None
     counts: _Counts = field(default_factory=_Counts)
+    obstacle: Result | None = None  # what the configurations rejected since the last step met
 
     def __post_init__(self) -> None:
         sim = self.sim
@@ -149,7 +154,7 @@ class _Loop:
                 result = Result.STOPPED
                 break
             if self.dt < control.smallest:
-                result = Result.STEP_FLOOR
+                result = self.obstacle or Result.STEP_FLOOR
                 break
             self._advance(min(self.dt, control.end - self.state.t))
         # before close: a run that ends here resumes from its last accepted step
@@ -182,6 +187,8 @@ class _Loop:
         attempt = sim.scheme.attempt(problem, self.memory)
         self.counts.add(attempt)
         self.pending.add(attempt)
+        if attempt.cause is None and sim.inspect is not None:
+            attempt = replace(attempt, cause=sim.inspect(attempt.step.state.coefficients))
         if attempt.cause is not None:
             self._reject(attempt, t, dt)
         else:
@@ -189,6 +196,8 @@ class _Loop:
 
     def _reject(self, attempt: Attempt, t: float, dt: float) -> None:
         self.counts.rejected += 1
+        if attempt.cause in (Result.SELF_INTERSECTION, Result.INLET_CONTACT):
+            self.obstacle = attempt.cause
         self.memory = self.sim.scheme.reset(self.memory)
         self.dt = 0.5 * dt
         logger.info("step %d rejected at dt = %g: %s", self.step + 1, dt, attempt.cause.name)
@@ -198,6 +207,7 @@ class _Loop:
         control, before = self.sim.control, self.state
         self.state, self.memory = attempt.step.state, attempt.memory
         self.step += 1
+        self.obstacle = None
         self.counts.accepted += 1
         budget = self.sim.structure.budget(before, self.state, attempt.load)
         self.sums["pressure_work"] += budget["pressure_work"]
@@ -210,6 +220,8 @@ class _Loop:
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, attempt.traction))
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
+            if self.sim.fluid is not None:
+                self.sim.fluid.reset()  # a resumed run starts without what is kept
 
     def _row(self, attempt: Attempt | None, dt: float, growth: float = 0.0) -> dict[str, float]:
         """History columns; the last one is the only one that differs between equal runs."""

@@ -13,6 +13,7 @@ _HOME = {
     "QuadratureOrders": "quadrature",
     "SampledSurface": "sampling",
     "sample": "sampling",
+    "Compression": "compressed_layer",
     "SingleLayer": "single_layer",
     "DoubleLayer": "double_layer",
     "FlowField": "evaluate",

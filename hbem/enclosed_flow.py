@@ -12,20 +12,34 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator, aslinearoperator, splu
 
 from .double_layer import DoubleLayer, double_layer
-from .krylov import DENSE_LIMIT, DenseSaddle, IterativeSaddle, SaddleSolution, saddle
+from .krylov import (
+    DENSE_LIMIT,
+    DenseSaddle,
+    IterativeSaddle,
+    MassPreconditioner,
+    PreconditionerStore,
+    SaddleSolution,
+    saddle,
+)
 from .patches import SurfacePatches
+from .preconditioner import two_level_schwarz
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
 from .stokes import jump_data, needs_double_layer
 
+if TYPE_CHECKING:
+    from .compressed_layer import Compression
+
 Profile = Callable[[np.ndarray], np.ndarray]
+BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
 
 
 @dataclass(frozen=True)
@@ -78,6 +92,13 @@ class EnclosedStokes:
     tolerance : float
         Relative residual of GMRES.
     max_iterations : int
+    storage : {"auto", "dense", "direct"}
+        Of the single layer; see `hbem.single_layer.single_layer`.
+    preconditioner : {"schwarz", "mass"}
+        Of GMRES: two levels for gaps, the mass matrix for fat bodies. It is kept from one
+        geometry to the next until it degrades or `reset` drops it.
+    compression : Compression, optional
+        Compress the single layer; it is then solved by GMRES at any size.
 
     Raises
     ------
@@ -95,6 +116,9 @@ class EnclosedStokes:
     dense_limit: int = DENSE_LIMIT
     tolerance: float = 1e-8
     max_iterations: int = 400
+    storage: str = "auto"
+    preconditioner: str = "schwarz"
+    compression: Compression | None = None
 
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
@@ -111,10 +135,30 @@ class EnclosedStokes:
             )
         if inflow.all() or not inflow.any():
             raise ValueError("inflow must mark some elements, but not all")
+        if self.preconditioner not in BUILDERS:
+            raise ValueError(
+                f"preconditioner must be 'schwarz' or 'mass', got {self.preconditioner!r}"
+            )
+
+    @cached_property
+    def store(self) -> PreconditionerStore:
+        """The preconditioner in use."""
+        return PreconditionerStore(BUILDERS[self.preconditioner])
+
+    def reset(self) -> None:
+        """Forget what is kept between geometries; runs do so at checkpoints."""
+        self.store.drop()
 
     def assemble(self, coefficients: np.ndarray) -> EnclosedOperator:
         """The flow on one configuration ``(n_coefficients, 3)``."""
-        return EnclosedOperator(self, single_layer(self.patches, coefficients, self.orders))
+        layer = single_layer(
+            self.patches,
+            coefficients,
+            self.orders,
+            storage=self.storage,
+            compression=self.compression,
+        )
+        return EnclosedOperator(self, layer)
 
 
 @dataclass(frozen=True)
@@ -141,9 +185,10 @@ class EnclosedOperator:
             self.layer,
             self.surface.constraint,
             self.surface.mass,
-            dense_limit=m.dense_limit,
+            dense_limit=m.dense_limit if m.compression is None else 0,
             tolerance=m.tolerance,
             max_iterations=m.max_iterations,
+            preconditioner=m.store,
         )
 
     @cached_property
@@ -225,6 +270,8 @@ class EnclosedOperator:
             raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
         data = self.coupling @ velocity + self.flux(velocity) * self._influx_data
         solved: SaddleSolution = self.system.solve(self.right_hand_side(data.ravel()))
+        if solved.iterations:
+            self.model.store.note(solved.iterations)
         return Traction(
             solved.solution.reshape(-1, 3),
             float(solved.zeta),

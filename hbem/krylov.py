@@ -1,35 +1,32 @@
-"""Solvers of the saddle system ``[A c; c^T 0] [tau; zeta] = [F; 0]`` of a single layer.
+"""Solvers of the saddle system ``[A C; C^T 0] [tau; zeta] = [F; 0]`` of a single layer.
 
-Dense LU for small systems; otherwise full GMRES, preconditioned from the right by the mass
-matrix, so that the residual it watches is the true one. The constraint is scaled by
+One column of C and one multiplier for each closed component: its pressure is free, ``V n = 0``.
+Dense LU for small systems; otherwise GMRES on the true residual, preconditioned by the mass matrix
+(fat bodies) or two-level Schwarz (gaps). The constraint is scaled by
 ``kappa = <1, A 1> / <1, M 1>``, the size of A in units of the mass matrix: counts and residuals
 then do not depend on the units of length.
 """
 
 from __future__ import annotations
 
-import enum
-from dataclasses import dataclass
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import spmatrix
-from scipy.sparse.linalg import LinearOperator, gmres, splu
+from scipy.sparse.linalg import LinearOperator, splu
 
+from .gmres import KrylovResult, gmres
+
+logger = logging.getLogger(__name__)
+FEW = 8  # right-hand sides whose true residual is taken
 DENSE_LIMIT = 6000  # unknowns up to which LU is the simplest robust solver
-
-
-class KrylovResult(enum.Enum):
-    """How a linear solve ended; the value explains itself."""
-
-    DIRECT = "solved by dense LU factors"
-    CONVERGED = "the true residual is below the tolerance"
-    ITERATIONS = "the residual is above the tolerance after all iterations; allow more"
-
-    @property
-    def ok(self) -> bool:
-        return self is not KrylovResult.ITERATIONS
+Preconditioner = Callable[[np.ndarray], np.ndarray]
+Builder = Callable[["SaddleSystem"], Preconditioner]
 
 
 @dataclass(frozen=True)
@@ -39,8 +36,8 @@ class SaddleSolution:
     Attributes
     ----------
     solution : (3 n,) or (3 n, k) array
-    zeta : float or (k,) array
-        Multiplier of the constraint.
+    zeta : float, (m,) or (k,) array
+        Multiplier of the constraint; one for each of m components.
     result : KrylovResult
     iterations : int
     residual : float
@@ -58,33 +55,90 @@ class SaddleSolution:
 
 
 @dataclass(frozen=True)
-class DenseSaddle:
-    """Saddle system with LU factors.
+class SaddleSystem:
+    """The scaled saddle system as a linear map.
 
     Parameters
     ----------
     operator : LinearOperator
-        ``(3 n, 3 n)`` with a method ``dense()``.
+        ``(3 n, 3 n)``.
     constraint : (n, 3) array
+        ``c_a = int N_a n``.
     mass : (n, n) sparse matrix
         Scalar mass matrix.
+    components : (n,) int array, optional
+        Closed component of each density function; default one.
     """
 
     operator: LinearOperator
     constraint: np.ndarray
     mass: spmatrix
+    components: np.ndarray | None = None
+
+    @property
+    def n(self) -> int:
+        """Density unknowns; multipliers follow them."""
+        return self.operator.shape[0]
+
+    @cached_property
+    def scale(self) -> float:
+        return strength(self.operator, self.mass)
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """C scaled by kappa, ``(3 n, m)``."""
+        labels = self.components
+        labels = np.zeros(self.constraint.shape[0], int) if labels is None else labels
+        found, index = np.unique(labels, return_inverse=True)
+        columns = np.zeros((*self.constraint.shape, found.size))
+        columns[np.arange(labels.size), :, index] = self.scale * self.constraint
+        return columns.reshape(-1, found.size)
+
+    @property
+    def size(self) -> int:
+        return self.n + self.columns.shape[1]
+
+    def apply(self, x: np.ndarray) -> np.ndarray:
+        """``S x`` for ``(size,)`` or ``(size, k)``."""
+        top, bottom = x[: self.n], x[self.n :]
+        return np.concatenate([self.operator @ top + self.columns @ bottom, self.columns.T @ top])
+
+    def extend(self, rhs: np.ndarray) -> np.ndarray:
+        """``[F; 0]``."""
+        return np.concatenate([rhs, np.zeros((self.columns.shape[1], *rhs.shape[1:]))])
+
+    def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
+        """Density and multipliers, a float for a single one."""
+        zeta = x[self.n :] * self.scale
+        if zeta.shape[0] == 1:
+            zeta = zeta[0] if x.ndim > 1 else float(zeta[0])
+        return x[: self.n], zeta
+
+
+@dataclass(frozen=True)
+class DenseSaddle:
+    """Saddle system with LU factors; parameters as for `SaddleSystem`.
+
+    The operator needs a method ``dense()``.
+    """
+
+    operator: LinearOperator
+    constraint: np.ndarray
+    mass: spmatrix
+    components: np.ndarray | None = None
+
+    @cached_property
+    def system(self) -> SaddleSystem:
+        return SaddleSystem(self.operator, self.constraint, self.mass, self.components)
 
     @cached_property
     def _matrix(self) -> np.ndarray:
-        n = self.operator.shape[0]
-        matrix = np.zeros((n + 1, n + 1))
+        n, size = self.system.n, self.system.size
+        matrix = np.zeros((size, size))
         matrix[:n, :n] = self.operator.dense()
-        matrix[:n, n] = matrix[n, :n] = self.constraint.ravel() * self._scale
+        matrix[:n, n:] = self.system.columns
+        matrix[n:, :n] = self.system.columns.T
         return matrix
-
-    @cached_property
-    def _scale(self) -> float:
-        return strength(self.operator, self.mass)
 
     @cached_property
     def _factors(self) -> tuple[np.ndarray, np.ndarray]:
@@ -92,24 +146,45 @@ class DenseSaddle:
 
     def solve(self, rhs: np.ndarray) -> SaddleSolution:
         """Solve for one right-hand side ``(3 n,)`` or several ``(3 n, k)``."""
-        full = np.concatenate([rhs, np.zeros((1, *rhs.shape[1:]))])
+        full = self.system.extend(rhs)
         x = lu_solve(self._factors, full, check_finite=False)
-        residual = _relative(self._matrix @ x - full, full)
-        zeta = x[-1] * self._scale
-        return SaddleSolution(x[:-1], zeta, KrylovResult.DIRECT, 0, residual)
+        # of many right-hand sides a few: the product would cost as much as the solve
+        few = slice(None, None, max(1, full.shape[-1] // FEW)) if full.ndim > 1 else slice(None)
+        residual = _relative(self._matrix @ x[..., few] - full[..., few], full[..., few])
+        return SaddleSolution(*self.system.split(x), KrylovResult.DIRECT, 0, residual)
+
+
+@dataclass(frozen=True)
+class MassPreconditioner:
+    """``M^-1 / kappa`` on densities, its Schur complement on multipliers: for fat bodies."""
+
+    system: SaddleSystem
+
+    @cached_property
+    def _factor(self):
+        return splu(self.system.mass.tocsc())
+
+    @cached_property
+    def _schur(self) -> np.ndarray:
+        c = self.system.columns
+        tau = self._factor.solve(c.reshape(-1, 3 * c.shape[1]))
+        return np.sum(c * tau.reshape(c.shape), axis=0) / self.system.scale
+
+    def __call__(self, v: np.ndarray) -> np.ndarray:
+        n, kappa = self.system.n, self.system.scale
+        tau = self._factor.solve(v[:n].reshape(-1, 3)) / kappa
+        return np.concatenate([tau.ravel(), v[n:] / self._schur])
 
 
 @dataclass(frozen=True)
 class IterativeSaddle:
-    """Saddle system solved by GMRES with the mass matrix as preconditioner.
+    """Saddle system solved by GMRES; parameters as for `SaddleSystem`, and:
 
-    Parameters
-    ----------
-    operator, constraint, mass :
-        As for `DenseSaddle`; the operator needs no ``dense()``.
     tolerance : float
-        Relative residual.
+        True relative residual.
     max_iterations : int
+    preconditioner : callable
+        Builds a preconditioner ``(size,)`` to ``(size,)`` from a `SaddleSystem`.
     """
 
     operator: LinearOperator
@@ -117,48 +192,85 @@ class IterativeSaddle:
     mass: spmatrix
     tolerance: float = 1e-8
     max_iterations: int = 400
+    components: np.ndarray | None = None
+    preconditioner: Builder = MassPreconditioner
 
     @cached_property
-    def _scale(self) -> float:
-        return strength(self.operator, self.mass)
+    def system(self) -> SaddleSystem:
+        return SaddleSystem(self.operator, self.constraint, self.mass, self.components)
 
     @cached_property
-    def _mass_factor(self):
-        return splu(self.mass.tocsc())
-
-    @cached_property
-    def _schur(self) -> float:
-        return float(np.sum(self.constraint * self._mass_factor.solve(self.constraint)))
-
-    def _apply(self, x: np.ndarray) -> np.ndarray:
-        c = self._scale * self.constraint.ravel()
-        return np.append(self.operator @ x[:-1] + c * x[-1], c @ x[:-1])
-
-    def _precondition(self, y: np.ndarray) -> np.ndarray:
-        tau = self._mass_factor.solve(y[:-1].reshape(-1, 3)) / self._scale
-        return np.append(tau.ravel(), y[-1] / (self._scale * self._schur))
+    def _precondition(self) -> Preconditioner:
+        return self.preconditioner(self.system)
 
     def solve(self, rhs: np.ndarray) -> SaddleSolution:
         """Solve for one right-hand side ``(3 n,)``."""
-        full = np.append(rhs, 0.0)
-        n, history = full.size, []
-        outer = LinearOperator((n, n), lambda y: self._apply(self._precondition(y)), dtype=float)
-        y, _ = gmres(
-            outer,
-            full,
-            rtol=0.5 * self.tolerance,
-            atol=0.0,
-            restart=min(n, self.max_iterations),
-            maxiter=1,
-            callback=lambda r: history.append(float(r)),
-            callback_type="pr_norm",
+        found = gmres(
+            self.system.apply,
+            self._precondition,
+            self.system.extend(rhs),
+            tolerance=self.tolerance,
+            max_iterations=self.max_iterations,
         )
-        x = self._precondition(y)
-        residual = _relative(self._apply(x) - full, full)
-        ended = KrylovResult.CONVERGED if residual <= self.tolerance else KrylovResult.ITERATIONS
-        return SaddleSolution(
-            x[:-1], x[-1] * self._scale, ended, len(history), residual, tuple(history)
-        )
+        split = self.system.split(found.x)
+        count = len(found.history)
+        return SaddleSolution(*split, found.result, count, found.residual, found.history)
+
+
+@dataclass
+class PreconditionerStore:
+    """Keeps a preconditioner from one geometry to the next, until it degrades.
+
+    The only mutable object of this package: a run must `drop` it at checkpoints, so that a
+    resumed run does the same arithmetic.
+
+    Parameters
+    ----------
+    build : callable
+        Builds a preconditioner from a `SaddleSystem`.
+    growth, slack : float, int
+        It is rebuilt once a solve took more than ``growth`` times the iterations of its first
+        solve plus ``slack``.
+
+    Attributes
+    ----------
+    seconds : float
+        Time of all builds.
+    built : int
+        Their number.
+    """
+
+    build: Builder
+    growth: float = 1.5
+    slack: int = 4
+    seconds: float = 0.0
+    built: int = 0
+    _kept: Preconditioner | None = field(default=None, repr=False)
+    _first: int | None = field(default=None, repr=False)
+    _size: int = field(default=0, repr=False)
+
+    def __call__(self, system: SaddleSystem) -> Preconditioner:
+        """The kept preconditioner, or a new one."""
+        if self._kept is None or self._size != system.size:
+            start = time.perf_counter()
+            self._kept, self._first, self._size = self.build(system), None, system.size
+            self.seconds += time.perf_counter() - start
+            self.built += 1
+        return self._kept
+
+    def note(self, iterations: int) -> None:
+        """Tell how many iterations a solve took; drops a preconditioner that has degraded."""
+        if self._first is None:
+            self._first = iterations
+        elif iterations > self.growth * self._first + self.slack:
+            logger.info(
+                "preconditioner dropped: %d iterations, %d at first", iterations, self._first
+            )
+            self.drop()
+
+    def drop(self) -> None:
+        """Forget the preconditioner."""
+        self._kept, self._first = None, None
 
 
 def saddle(
@@ -166,14 +278,18 @@ def saddle(
     constraint: np.ndarray,
     mass: spmatrix,
     *,
+    components: np.ndarray | None = None,
     dense_limit: int = DENSE_LIMIT,
     tolerance: float = 1e-8,
     max_iterations: int = 400,
+    preconditioner: Builder = MassPreconditioner,
 ) -> DenseSaddle | IterativeSaddle:
     """The solver that suits the size: LU up to ``dense_limit`` unknowns, else GMRES."""
     if operator.shape[0] <= dense_limit and hasattr(operator, "dense"):
-        return DenseSaddle(operator, constraint, mass)
-    return IterativeSaddle(operator, constraint, mass, tolerance, max_iterations)
+        return DenseSaddle(operator, constraint, mass, components)
+    return IterativeSaddle(
+        operator, constraint, mass, tolerance, max_iterations, components, preconditioner
+    )
 
 
 def strength(operator: LinearOperator, mass: spmatrix) -> float:

@@ -58,20 +58,23 @@ def _strains(g, metric, curvature, nu, e, k):
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def energy(jets, base, dw, metric, curvature, stiffness, flexural, dofs, coefficients, out):
-    """Membrane and bending energy of each element into out (n_elements, 2)."""
+def energy(jets, base, weights, metric, curvature, stiffness, flexural, dofs, coefficients, out):
+    """Membrane and bending energy of each element into out (n_elements, 2).
+
+    weights (2, n_elements, n_points) are those of membrane and bending energy.
+    """
     for el in prange(dofs.shape[0]):
         g, nu = np.empty((5, 3)), np.empty(3)
         e, k = np.empty(3), np.empty(3)
         membrane = bending = 0.0
-        for q in range(dw.shape[1]):
+        for q in range(weights.shape[2]):
+            wm, wb = 0.5 * weights[0, el, q], 0.5 * flexural * weights[1, el, q]
             _point_jets(jets[el, q], base[el, q], dofs[el], coefficients, g)
             _strains(g, metric[el, q], curvature[el, q], nu, e, k)
             for r in range(3):
                 for s in range(3):
-                    c = stiffness[el, q, r, s] * dw[el, q]
-                    membrane += 0.5 * c * e[r] * e[s]
-                    bending += 0.5 * c * flexural * k[r] * k[s]
+                    membrane += wm * stiffness[el, q, r, s] * e[r] * e[s]
+                    bending += wb * stiffness[el, q, r, s] * k[r] * k[s]
         out[el, 0] = membrane
         out[el, 1] = bending
 
@@ -112,8 +115,11 @@ def _first_variations(jet, g, nu, J, n, m, Bm, Bb, dnu, nuz, Hdnu, H):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _second_variations(jet, nu, J, n, m, H, dnu, weight, K):
-    """Terms of e'' and k'' that are not products of first variations, block by block."""
+def _second_variations(jet, nu, J, n, m, H, dnu, K):
+    """Terms of e'' and k'' that are not products of first variations, block by block.
+
+    n and m carry the point's weight.
+    """
     nb = jet.shape[0]
     hnu = H[0] * nu[0] + H[1] * nu[1] + H[2] * nu[2]
     t = np.empty(3)
@@ -124,11 +130,11 @@ def _second_variations(jet, nu, J, n, m, H, dnu, weight, K):
         for b in range(a + 1):
             A0, A1, B0, B1 = jet[a, 0], jet[a, 1], jet[b, 0], jet[b, 1]
             Mb = m[0] * jet[b, 2] + m[1] * jet[b, 3] + 2.0 * m[2] * jet[b, 4]
-            diagonal = weight * (n[0] * A0 * B0 + n[1] * A1 * B1 + n[2] * (A0 * B1 + A1 * B0))
-            skew = weight * (A0 * B1 - A1 * B0)
+            diagonal = n[0] * A0 * B0 + n[1] * A1 * B1 + n[2] * (A0 * B1 + A1 * B0)
+            skew = A0 * B1 - A1 * B0
             for i in range(3):
                 for j in range(3):
-                    value = weight * (Ma * dnu[i, 3 * b + j] + Mb * dnu[j, 3 * a + i])
+                    value = Ma * dnu[i, 3 * b + j] + Mb * dnu[j, 3 * a + i]
                     if i == j:
                         value += diagonal
                     elif (j - i) % 3 == 1:
@@ -140,9 +146,12 @@ def _second_variations(jet, nu, J, n, m, H, dnu, weight, K):
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def force_and_tangent(
-    jets, base, dw, metric, curvature, stiffness, flexural, dofs, coefficients, with_tangent, R, K
+    jets, base, weights, metric, curvature, stiffness, flexural, dofs, coefficients, tangent, R, K
 ):
-    """First variation into R (n_elements, 3 nb), second into K (n_elements, 3 nb, 3 nb)."""
+    """First variation into R (n_elements, 3 nb), second into K (n_elements, 3 nb, 3 nb).
+
+    weights (2, n_elements, n_points) are those of membrane and bending energy.
+    """
     nb = dofs.shape[1]
     nd = 3 * nb
     for el in prange(dofs.shape[0]):
@@ -152,43 +161,47 @@ def force_and_tangent(
         Bm, Bb, dnu = left[0:3], left[3:6], left[6:9]
         nuz, Hdnu = left[9], left[10]
         R[el] = 0.0
-        if with_tangent:
+        if tangent:
             K[el] = 0.0
-        for q in range(dw.shape[1]):
-            weight = dw[el, q]
+        for q in range(weights.shape[2]):
+            wm, wb = weights[0, el, q], flexural * weights[1, el, q]
+            if wm == 0.0 and wb == 0.0:
+                continue
             C = stiffness[el, q]
             _point_jets(jets[el, q], base[el, q], dofs[el], coefficients, g)
             J = _strains(g, metric[el, q], curvature[el, q], nu, e, k)
             for r in range(3):
-                n[r] = C[r, 0] * e[0] + C[r, 1] * e[1] + C[r, 2] * e[2]
-                m[r] = flexural * (C[r, 0] * k[0] + C[r, 1] * k[1] + C[r, 2] * k[2])
+                n[r] = wm * (C[r, 0] * e[0] + C[r, 1] * e[1] + C[r, 2] * e[2])
+                m[r] = wb * (C[r, 0] * k[0] + C[r, 1] * k[1] + C[r, 2] * k[2])
             _first_variations(jets[el, q], g, nu, J, n, m, Bm, Bb, dnu, nuz, Hdnu, H)
             for r in range(nd):
                 total = 0.0
                 for c in range(3):
                     total += n[c] * Bm[c, r] + m[c] * Bb[c, r]
-                R[el, r] += weight * total
-            if not with_tangent:
+                R[el, r] += total
+            if not tangent:
                 continue
             hnu = H[0] * nu[0] + H[1] * nu[1] + H[2] * nu[2]
             for r in range(nd):
                 for c in range(3):
                     mem = C[c, 0] * Bm[0, r] + C[c, 1] * Bm[1, r] + C[c, 2] * Bm[2, r]
                     ben = C[c, 0] * Bb[0, r] + C[c, 1] * Bb[1, r] + C[c, 2] * Bb[2, r]
-                    right[c, r] = weight * mem
-                    right[3 + c, r] = weight * flexural * ben
-                    right[6 + c, r] = -weight * hnu * dnu[c, r]
-                right[9, r] = -weight / J * Hdnu[r]
-                right[10, r] = -weight / J * nuz[r]
+                    right[c, r] = wm * mem
+                    right[3 + c, r] = wb * ben
+                    right[6 + c, r] = -hnu * dnu[c, r]
+                right[9, r] = -Hdnu[r] / J
+                right[10, r] = -nuz[r] / J
+            # points of one energy alone skip the features of the other
+            first, last = 0 if wm != 0.0 else 3, FEATURES if wb != 0.0 else 3
             for r in range(nd):
                 stop = r - r % 3 + 3
                 row = K[el, r]
-                for f in range(FEATURES):
+                for f in range(first, last):
                     factor = left[f, r]
                     for c in range(stop):
                         row[c] += factor * right[f, c]
-            _second_variations(jets[el, q], nu, J, n, m, H, dnu, weight, K[el])
-        if with_tangent:
+            _second_variations(jets[el, q], nu, J, n, m, H, dnu, K[el])
+        if tangent:
             for r in range(nd):
                 for c in range(r + 1, nd):
                     K[el, r, c] = K[el, c, r]

@@ -6,10 +6,49 @@ Every accepted point starts the next solve; increments grow again after successe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from .dynamics import Follower, ShellState, ShellStep, ShellStructure
+from .newton import Outcome
+
+REMEDIES = {
+    Outcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
+    "shells.minimise, which descends from unstressed states",
+    Outcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of the "
+    "load, use shells.minimise, or refine the mesh there",
+    Outcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.minimise",
+}
+
+
+@dataclass(frozen=True)
+class Path:
+    """Equilibria at stations, and where the path ended.
+
+    Attributes
+    ----------
+    steps : tuple of ShellStep
+        One for each station reached.
+    state : ShellState
+        Last converged state, also between stations.
+    parameter : float
+        Its path parameter.
+    newton_iterations : int
+        All of them, those of failed increments too.
+    failure : str
+        Empty, or which step failed, its residual and the remedy.
+    """
+
+    steps: tuple[ShellStep, ...]
+    state: ShellState
+    parameter: float
+    newton_iterations: int
+    failure: str = ""
+
+    @property
+    def ok(self) -> bool:
+        return not self.failure
 
 
 def follow(
@@ -19,7 +58,7 @@ def follow(
     stations: Sequence[float],
     *,
     floor: float = 1e-6,
-) -> list[ShellStep]:
+) -> Path:
     """Equilibria at the stations of a path parameter.
 
     Parameters
@@ -31,44 +70,50 @@ def follow(
         Parameter of ``state``.
     stations : sequence of float
     floor : float
-        Smallest increment over the length of the whole path.
+        Smallest increment over the length of the whole path; below it the path ends.
 
     Raises
     ------
-    ArithmeticError
-        If an increment falls below the floor, with the parameter reached and Newton's outcome.
+    ValueError
+        Without a station beyond the start.
     """
-    current, steps = start, []
+    if not len(stations) or stations[0] == start:
+        raise ValueError(f"a path needs stations, the first beyond its start {start:g}")
+    current, steps, newton = start, [], 0
     smallest = floor * abs(stations[-1] - start)
     increment = stations[0] - start
-    for target in stations:
+    for number, target in enumerate(stations, 1):
         while abs(target - current) > 1e-13 * max(abs(target), abs(start)):
             left = target - current
             tried = left if abs(left) <= abs(increment) else np.copysign(increment, left)
             trial = solve(current + tried, state)
+            newton += trial.newton_iterations
             if trial.ok:
                 current, state, last = current + tried, trial.state, trial
                 increment = 1.5 * abs(tried) if abs(tried) >= abs(increment) else abs(increment)
                 continue
             increment = 0.5 * abs(tried)
             if increment < smallest:
-                raise ArithmeticError(
-                    f"the path stopped at parameter {current:.6g}: {trial.outcome.value}"
+                failure = (
+                    f"step {number} of {len(stations)} (to {target:g}) stopped at {current:.6g}: "
+                    f"{trial.outcome.value}; residual {trial.residual:.1e} of its start at "
+                    f"increment {tried:.1e}; remedy: {REMEDIES[trial.outcome]}"
                 )
+                return Path(tuple(steps), state, current, newton, failure)
         steps.append(last)
-    return steps
+    return Path(tuple(steps), state, current, newton)
 
 
 def static_path(
     structure: ShellStructure, coefficients: np.ndarray, volumes: Sequence[float]
-) -> ShellStep:
-    """Last of the equilibria along growing enclosed volumes (see `follow`)."""
+) -> Path:
+    """Equilibria along growing enclosed volumes (see `follow`)."""
 
     def solve(volume: float, state: ShellState) -> ShellStep:
         return structure.static(state.coefficients, volume, pressure=state.pressure)
 
     start = ShellState(0.0, coefficients, np.zeros_like(coefficients))
-    return follow(solve, start, structure.volume(coefficients), list(volumes))[-1]
+    return follow(solve, start, structure.volume(coefficients), list(volumes))
 
 
 def load_path(
@@ -76,7 +121,7 @@ def load_path(
     coefficients: np.ndarray,
     load: Callable[[float], np.ndarray | Follower],
     fractions: Sequence[float],
-) -> list[ShellStep]:
+) -> Path:
     """Equilibria at fractions of a load; ``load(fraction)`` is what `static` takes."""
 
     def solve(fraction: float, state: ShellState) -> ShellStep:

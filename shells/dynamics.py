@@ -12,13 +12,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, splu
-from skfem import BilinearForm
 
 from . import newton
 from .kirchhoff_love import KirchhoffLove
-from .surface_basis import SurfaceBasis
+from .mechanism import Mechanism, mechanism
 from .volume import EnclosedVolume
 
 # A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
@@ -43,26 +42,22 @@ class ShellStep:
     outcome: newton.Outcome
     newton_iterations: int
     last_update: float
+    residual: float = np.inf  # over that of the start
+    factorizations: int = 0
 
     @property
     def ok(self) -> bool:
         return self.outcome is newton.Outcome.CONVERGED
 
 
-def mass_matrix(basis: SurfaceBasis, density: float) -> csr_matrix:
-    """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
-    points = round(basis.X.shape[1] ** 0.5)
-    scalar = SurfaceBasis(basis.surface, basis.reference, points, components=1)
-    form = BilinearForm(lambda u, v, w: density * u * v)
-    return kron(form.assemble(scalar), identity(3), format="csr")
-
-
 class ShellStructure:
     """A Kirchhoff-Love shell, its supports and its enclosed volume.
 
+    Plane curves work alike, with 2 components in place of 3 and their enclosed area as volume.
+
     Parameters
     ----------
-    shell : KirchhoffLove
+    shell : KirchhoffLove or PlanarMembrane
     extraction : (3 n_full, n_free) sparse matrix
         Supports and poles (`shells.support.extraction`); coefficients beyond the shell's own
         never move.
@@ -70,6 +65,16 @@ class ShellStructure:
         Without it there is no constraint and no pressure.
     tolerance : float
         Newton's largest update over the length of the structure.
+    solver : callable
+        Linear solver of Newton's iteration: `shells.newton.factorize`, or
+        `shells.multigrid.multigrid` for very large systems without a volume.
+    reuse : float
+        Keep a factor while each Newton update is below this fraction of the last (0: never).
+
+    Raises
+    ------
+    ValueError
+        An extraction with too few rows; a moving open edge (see `EnclosedVolume.check`).
     """
 
     def __init__(
@@ -80,18 +85,27 @@ class ShellStructure:
         *,
         tolerance: float = 1e-9,
         max_iterations: int = 25,
+        solver: Callable = newton.factorize,
+        reuse: float = 0.0,
     ):
+        self._linear_solver, self._reuse = solver, reuse
         self.shell, self.E, self.enclosed = shell, extraction.tocsr(), volume
         self._n = shell.basis.N  # vector dofs of the shell; the rest of a configuration is fixed
-        if extraction.shape[0] < self._n or extraction.shape[0] % 3:
-            raise ValueError(f"the extraction needs at least {self._n} rows, three a coefficient")
+        self._d = d = shell.basis.dimension
+        if extraction.shape[0] < self._n or extraction.shape[0] % d:
+            raise ValueError(f"the extraction needs at least {self._n} rows, {d} a coefficient")
         self._Es = self.E[: self._n]
         if volume is not None:
             volume.check(self._Es)
-        self.M = mass_matrix(shell.basis, shell.material.density)
+        self.M = shell.basis.mass(shell.material.density)
         self._Mr = (self._Es.T @ self.M @ self._Es).tocsr()
-        extent = np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0)
+        extent = np.ptp(shell.basis.reference.value.reshape(-1, d), axis=0)
         self._tolerance, self._limit = tolerance * float(extent.max()), max_iterations
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """Rigid motions that the supports leave free."""
+        return mechanism(self.E, self.shell.basis)
 
     @cached_property
     def _normal_solver(self) -> Any:
@@ -110,7 +124,7 @@ class ShellStructure:
     def area(self, coefficients: np.ndarray) -> float:
         """Current area of the shell."""
         basis = self.shell.basis
-        jets = basis.jets(coefficients.reshape(-1, 3)[: self._n // 3])
+        jets = basis.jets(coefficients.reshape(-1, self._d)[: self._n // self._d])
         ratio = np.linalg.norm(jets.normal, axis=-1)
         ratio /= np.linalg.norm(basis.reference.normal, axis=-1)
         return float((ratio * basis.dx).sum())
@@ -134,8 +148,10 @@ class ShellStructure:
         """Newton on ``W' - p Q' + linear + operator x``; operator is sparse, dense or None."""
         Es = self._Es
 
-        def system(q: np.ndarray, lam: float) -> tuple:
+        def system(q: np.ndarray, lam: float, with_tangent: bool = True) -> tuple:
             c = start.ravel()[: self._n] + Es @ q
+            if not with_tangent and follower is None:
+                return self._residual(c, q, lam, volume, linear, operator)
             gradient, tangent = self.shell.gradient_and_tangent(c)
             row, defect = None, 0.0
             if volume is not None:
@@ -143,7 +159,7 @@ class ShellStructure:
                 gradient, tangent = gradient + lam * dQ, tangent + lam * ddQ
                 row, defect = Es.T @ dQ, Q - volume
             if follower is not None:
-                force, slope = follower((start.ravel() + self.E @ q).reshape(-1, 3))
+                force, slope = follower((start.ravel() + self.E @ q).reshape(-1, self._d))
                 gradient = gradient - force.ravel()[: self._n]
                 tangent = tangent - slope[: self._n, : self._n]
             K = Es.T @ tangent @ Es
@@ -155,8 +171,32 @@ class ShellStructure:
             return r, K, row, defect
 
         return newton.solve(
-            system, x, -pressure, tolerance=self._tolerance, max_iterations=self._limit
+            system,
+            x,
+            -pressure,
+            tolerance=self._tolerance,
+            max_iterations=self._limit,
+            solver=self._linear_solver,
+            reuse=self._reuse,
         )
+
+    def _residual(
+        self,
+        c: np.ndarray,
+        q: np.ndarray,
+        lam: float,
+        volume: float | None,
+        linear: np.ndarray,
+        operator: Any,
+    ) -> tuple:
+        """Residual without tangent, for a factor that is kept."""
+        gradient, row, defect = self.shell.gradient(c), None, 0.0
+        if volume is not None:
+            dQ = self.enclosed.gradient(c)
+            gradient = gradient + lam * dQ
+            row, defect = self._Es.T @ dQ, self.enclosed.value(c) - volume
+        r = self._Es.T @ gradient + linear
+        return (r if operator is None else r + operator @ q), None, row, defect
 
     def step(
         self,
@@ -194,12 +234,11 @@ class ShellStructure:
         result = self._solve(
             state.coefficients, self.reduce(start), state.pressure, volume, linear, operator
         )
-        increment = (self.E @ result.x).reshape(-1, 3)
+        increment = (self.E @ result.x).reshape(-1, self._d)
         new = ShellState(
             state.t + dt, state.coefficients + increment, increment / dt, -result.multiplier
         )
-        last = result.history[-1] if result.history else np.inf
-        return ShellStep(new, result.outcome, len(result.history), last)
+        return _step_of(new, result)
 
     def energies(self, state: ShellState) -> dict[str, float]:
         """Kinetic, membrane and bending energy of a state."""
@@ -275,18 +314,40 @@ class ShellStructure:
             Start of the multiplier.
         load : (n_full, 3) array or callable, optional
             Dead load, or ``load(c)`` returning the load on a configuration and its derivative
-            ``(3 n_full, 3 n_full)``.
+            ``(3 n_full, 3 n_full)``; see `shells.loads`.
+
+        Returns
+        -------
+        ShellStep
+            If Newton's iteration fails its state is the start, and residual and outcome tell why.
+
+        Raises
+        ------
+        ValueError
+            Supports that leave a rigid motion free (a mechanism), or a load on supports only.
         """
+        self.mechanism.refuse()
         linear = np.zeros(self.E.shape[1])
         follower = load if callable(load) else None
         if load is not None and follower is None:
             linear -= self.E.T @ load.ravel()
+            if load.any() and not linear.any():
+                raise ValueError("the load acts on supported coefficients only: it moves nothing")
         result = self._solve(
             coefficients, np.zeros_like(linear), pressure, volume, linear, None, follower
         )
-        increment = (self.E @ result.x).reshape(-1, 3)
+        ok = result.outcome is newton.Outcome.CONVERGED
+        increment = (self.E @ result.x).reshape(-1, self._d) if ok else np.zeros_like(coefficients)
         new = ShellState(
-            0.0, coefficients + increment, np.zeros_like(increment), -result.multiplier
+            0.0,
+            coefficients + increment,
+            np.zeros_like(increment),
+            -result.multiplier if ok else pressure,
         )
-        last = result.history[-1] if result.history else np.inf
-        return ShellStep(new, result.outcome, len(result.history), last)
+        return _step_of(new, result)
+
+
+def _step_of(state: ShellState, result: newton.NewtonResult) -> ShellStep:
+    last = result.history[-1] if result.history else np.inf
+    count = len(result.history)
+    return ShellStep(state, result.outcome, count, last, result.residual, result.factorizations)

@@ -79,6 +79,11 @@ def edge(surface: SplineSurface, direction: str, end: int, reference: np.ndarray
     ----------
     reference : (n_coefficients, 3) array
         Configuration in which lengths are measured.
+
+    Raises
+    ------
+    ValueError
+        If no element touches that edge (a restriction elsewhere, a periodic direction).
     """
     x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
     x, w = 0.5 * (x + 1.0), 0.5 * w
@@ -87,6 +92,8 @@ def edge(surface: SplineSurface, direction: str, end: int, reference: np.ndarray
     es, et = np.divmod(surface.selected, surface.t.n_elements)
     place, space = (es, surface.s) if direction == "s" else (et, surface.t)
     on_edge = np.repeat(place == (space.n_elements - 1) * end, x.size)
+    if not on_edge.any() or space.periodic:
+        raise ValueError(f"no element has an edge at the {('start', 'end')[end]} of {direction!r}")
     value, d_s, d_t = (surface.sample(xi, eta, k)[on_edge] for k in (None, 0, 1))
     across, along = (d_s, d_t) if direction == "s" else (d_t, d_s)
     # the normal of Edge.moment is across x along: keep it that of the surface

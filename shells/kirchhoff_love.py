@@ -18,6 +18,7 @@ import numpy as np
 from . import _shell_kernels as kernels
 from .form import ElementForm, Scatter
 from .material import Material
+from .membrane_rule import MembranePoints, membrane_points
 from .surface_basis import Jets, SurfaceBasis
 
 
@@ -53,6 +54,20 @@ def _apply(
     return np.stack([g[0], g[1], h[0, 0], h[1, 1], h[0, 1]])
 
 
+def curvature_in_frame(reference: Jets, shape: Jets) -> np.ndarray:
+    """Curvature (B_00, B_11, B_01) of ``shape`` in the tangent frame of ``reference``.
+
+    The stress-free curvature of a folded bag cut from flat cloth: ``shape`` is the flat bag on
+    the same parameters.
+
+    Returns
+    -------
+    (n_elements, n_points, 3) array
+    """
+    jets = _apply(frame_transform(reference), shape.grad, shape.hess)
+    return KirchhoffLove._fundamental_forms(jets)[1]
+
+
 class KirchhoffLove:
     """The shell's energy on one basis.
 
@@ -72,6 +87,14 @@ class KirchhoffLove:
     chart : callable, optional
         Classical formulation in other coordinates: ``chart(s, t)`` returns first and second
         derivatives of (s, t) by their own new coordinate, each ``(..., 2)`` [T tab. 6.1].
+    membrane : {"gauss", "patch"}
+        Points of the membrane energy: those of the basis, or the reduced rule of
+        `membrane_rule`, which does not lock.
+
+    Raises
+    ------
+    ValueError
+        A scalar basis, an unknown formulation or rule, a rule the surface does not allow.
     """
 
     def __init__(
@@ -83,12 +106,14 @@ class KirchhoffLove:
         curvature: np.ndarray | None = None,
         formulation: str = "parametrization-free",
         chart: Callable | None = None,
+        membrane: str = "gauss",
     ):
         if basis.components != 3:
             raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
         if formulation not in ("parametrization-free", "classical"):
             raise ValueError(f"unknown formulation {formulation!r}")
         self.basis, self.material = basis, material
+        self.exact_reference = exact_reference
         reference = basis.reference
         G, bend = frame_transform(reference), None
         if formulation == "classical":
@@ -114,6 +139,42 @@ class KirchhoffLove:
         self.force = ElementForm(lambda x: self._elements(x, False)[0], basis, 1, scatter)
         self.stiffness = ElementForm(lambda x: self._elements(x, True)[1], basis, 2, scatter)
         self._scatter = scatter
+        self._weights = np.stack([basis.dx, basis.dx])
+        self._points = basis.dx.shape[1]
+        if membrane not in ("gauss", "patch"):
+            raise ValueError(f"unknown membrane rule {membrane!r}: 'gauss' or 'patch'")
+        if membrane == "patch":
+            if formulation == "classical" or isinstance(basis.source, Jets):
+                raise ValueError(
+                    "membrane='patch' needs the parametrization-free formulation and a reference "
+                    "given by coefficients or a callable"
+                )
+            self._add(membrane_points(basis.surface, basis.source), exact_reference)
+
+    def _add(self, points: MembranePoints, exact_reference: bool) -> None:
+        """Append the reduced membrane points; the Gauss points keep the bending energy."""
+        shape = points.dx.shape
+        tangents = points.reference
+        G = frame_transform(Jets(tangents[0], tangents, tangents))
+        jets = np.zeros((*shape, self._dofs.shape[1], 5))
+        jets[..., :2] = np.einsum("eqax,xneq->eqna", G, points.grads, optimize=True)
+        base = np.zeros((*shape, 5, 3))
+        if exact_reference:
+            base[..., :2, :] = np.einsum("eqax,xeqc->eqac", G, tangents, optimize=True)
+        metric = np.broadcast_to([1.0, 1.0, 0.0], (*shape, 3))
+        elasticity = np.broadcast_to(self.material.elasticity(), (*shape, 3, 3))
+        self._jets = np.concatenate([self._jets, jets], axis=1)
+        self._base = np.concatenate([self._base, base], axis=1)
+        self._metric = np.concatenate([self._metric, metric], axis=1)
+        self._curvature = np.concatenate([self._curvature, np.zeros((*shape, 3))], axis=1)
+        self._elasticity = np.concatenate([self._elasticity, elasticity], axis=1)
+        none = np.zeros_like(self.basis.dx)
+        self._weights = np.stack(
+            [
+                np.concatenate([none, points.dx], axis=1),
+                np.concatenate([self.basis.dx, np.zeros(shape)], axis=1),
+            ]
+        )
 
     @staticmethod
     def _fundamental_forms(shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +194,7 @@ class KirchhoffLove:
         return (
             self._jets,
             self._base,
-            self.basis.dx,
+            self._weights,
             self._metric,
             self._curvature,
             self._elasticity,
@@ -151,8 +212,8 @@ class KirchhoffLove:
 
     @property
     def elasticity(self) -> np.ndarray:
-        """Elasticity in Voigt order at every quadrature point, ``(n_elements, n_points, 3, 3)``."""
-        return self._elasticity
+        """Elasticity in Voigt order at the basis' points, ``(n_elements, n_points, 3, 3)``."""
+        return self._elasticity[:, : self._points]
 
     def forms(self, x: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
         """Fundamental forms (00, 11, 01) in the shell's frame, ``(n_elements, n_points, 3)``.
@@ -163,9 +224,10 @@ class KirchhoffLove:
             Of the reference and of the configuration with coefficients ``x``.
         """
         local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
-        jets = self._base + np.einsum("eqad,eac->eqdc", self._jets, local, optimize=True)
-        first, second = self._fundamental_forms(np.moveaxis(jets, 2, 0))
-        return (self._metric, self._curvature), first, second
+        own = slice(self._points)  # reduced membrane points follow those of the basis
+        spline = np.einsum("eqad,eac->eqdc", self._jets[:, own], local, optimize=True)
+        first, second = self._fundamental_forms(np.moveaxis(self._base[:, own] + spline, 2, 0))
+        return (self._metric[:, own], self._curvature[:, own]), first, second
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
         """Membrane and bending energy at coefficients ``(n_coefficients, 3)``."""

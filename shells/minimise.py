@@ -1,4 +1,4 @@
-"""Equilibria as minima of ``Pi = W(theta) - p Q(theta)``: a Newton method that only descends.
+"""Equilibria as minima of ``Pi = W - p Q - F.theta``: a Newton method that only descends.
 
 Levenberg-Marquardt: ``(W'' - p Q'' + s M) d = -Pi'``; a step is taken if Pi falls and no
 coefficient moves by more than a tenth of the structure, and s then shrinks; else s grows. The
@@ -37,22 +37,25 @@ class Minimum:
 def minimise(
     structure: ShellStructure,
     coefficients: np.ndarray,
-    pressure: float,
+    pressure: float = 0.0,
     *,
+    load: np.ndarray | None = None,
     tolerance: float = 1e-8,
     max_iterations: int = 300,
     shift: float = 1.0,
 ) -> Minimum:
-    """Inflate a structure to a given excess pressure.
+    """Equilibrium under an excess pressure and a dead load, without pins or small steps.
 
     Parameters
     ----------
     structure : ShellStructure
-        With an enclosed volume.
+        With an enclosed volume, unless the pressure is zero.
     coefficients : (n_full, 3) array
     pressure : float
+    load : (n_full, 3) array, optional
+        Dead load F.
     tolerance : float
-        On the residual over the norm of the pressure's force.
+        On the residual over the norm of the forces of pressure and load.
     shift : float
         First multiple of the mass matrix.
 
@@ -67,21 +70,28 @@ def minimise(
     Mr = (Er.T @ M @ Er).tocsr()
     length = float(np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0).max())
 
+    dead = np.zeros(n) if load is None else load.ravel()[:n]
+    inflated = pressure != 0.0
+
     def potential(c: np.ndarray) -> float:
-        return sum(shell.energy(c[:n])) - pressure * structure.volume(c)
+        work = pressure * structure.volume(c) if inflated else 0.0
+        return sum(shell.energy(c[:n])) - work - float(dead @ c[:n])
 
     c = coefficients.ravel().copy()
     value, residual, outcome = potential(c), np.inf, Outcome.LIMIT
     for iteration in range(1, max_iterations + 1):
         gradient, tangent = shell.gradient_and_tangent(c[:n])
-        _, dQ, ddQ = structure.enclosed.derivatives(c[:n])
-        force = Er.T @ dQ * pressure
+        force = dead
+        if inflated:
+            _, dQ, ddQ = structure.enclosed.derivatives(c[:n])
+            force, tangent = force + pressure * dQ, tangent - pressure * ddQ
+        force = Er.T @ force
         r = Er.T @ gradient - force
         residual = float(np.linalg.norm(r) / max(np.linalg.norm(force), 1e-300))
         if residual <= tolerance:
             outcome = Outcome.CONVERGED
             break
-        K = Er.T @ (tangent - pressure * ddQ) @ Er
+        K = Er.T @ tangent @ Er
         while True:
             d = factorize(K + shift * Mr)(-r)
             trial = c + E @ d

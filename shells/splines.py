@@ -57,8 +57,14 @@ class SplineSpace:
     def __post_init__(self) -> None:
         breaks = np.asarray(self.breaks, dtype=float)
         object.__setattr__(self, "breaks", breaks)
-        if self.degree < 1 or breaks.size < 2 or np.any(np.diff(breaks) <= 0):
-            raise ValueError("a spline space needs degree >= 1 and increasing breaks")
+        if self.degree < 1 or breaks.ndim != 1 or breaks.size < 2:
+            raise ValueError("a spline space needs degree >= 1 and at least two breaks")
+        if np.any(bad := ~(np.diff(breaks) > 0.0)):
+            i = int(np.flatnonzero(bad)[0])
+            raise ValueError(
+                f"breaks must increase: breaks[{i + 1}] = {breaks[i + 1]:g} follows "
+                f"{breaks[i]:g}; repeat a knot by multiplicity, or use SplineSpace.from_knots"
+            )
         m = np.ones(breaks.size, dtype=int) if self.multiplicity is None else self.multiplicity
         m = np.asarray(m, dtype=int)
         if m.shape != breaks.shape or m.min() < 1 or m[1:-1].max(initial=1) > self.degree:
@@ -69,6 +75,27 @@ class SplineSpace:
                 f"a periodic space of degree {self.degree} needs at least {self.degree + 1} "
                 f"elements, got {breaks.size - 1}"
             )
+
+    @classmethod
+    def from_knots(cls, knots: np.ndarray, degree: int) -> SplineSpace:
+        """Open space of a knot vector ``(n + degree + 1,)`` with p + 1 knots at each end.
+
+        Raises
+        ------
+        ValueError
+            Knots that decrease, naming the first; ends that are not p + 1 fold.
+        """
+        knots = np.asarray(knots, dtype=float)
+        if np.any(bad := ~(np.diff(knots) >= 0.0)):
+            i = int(np.flatnonzero(bad)[0])
+            raise ValueError(
+                f"knots must not decrease: knots[{i + 1}] = {knots[i + 1]:g} follows {knots[i]:g}"
+            )
+        breaks, count = np.unique(knots, return_counts=True)
+        if breaks.size < 2 or count[0] != degree + 1 or count[-1] != degree + 1:
+            raise ValueError(f"an open knot vector of degree {degree} has {degree + 1} fold ends")
+        count[[0, -1]] = 1
+        return cls(breaks, degree, multiplicity=count)
 
     @property
     def n_elements(self) -> int:

@@ -7,9 +7,11 @@ and is reduced by ``E^T . E``. Vector dof ``3 a + c`` is component c of coeffici
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity, kron, vstack
+from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
+from scipy.sparse.csgraph import connected_components
 
 
 def vector_dofs(rows: np.ndarray, components: Iterable[int] = (0, 1, 2)) -> np.ndarray:
@@ -76,15 +78,90 @@ def rim(surface: object, ring: int, kind: str) -> np.ndarray:
     return np.concatenate([vector_dofs(surface.ring(r)) for r in rings])
 
 
-def symmetry(
-    surface: object, direction: str, end: int, axis: int
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Symmetry plane ``x_axis = const`` through an edge: fixed dofs and ties for `extraction`.
+@dataclass(frozen=True)
+class Support:
+    """Vector dofs that do not move, and pairs that move alike (see `supported`)."""
+
+    fixed: np.ndarray
+    slaves: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    masters: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+
+
+def _row(surface: object, direction: str, end: int, layer: int = 0) -> np.ndarray:
+    if direction not in ("s", "t") or end not in (0, 1):
+        raise ValueError(f"an edge is 's' or 't' at end 0 or 1, not {direction!r} at {end!r}")
+    pick = surface.ring if direction == "s" else surface.column
+    row = pick(layer if end == 0 else -1 - layer)
+    if row.size == 0:
+        raise ValueError(f"no element of the surface touches edge {direction} at end {end}")
+    return row
+
+
+def hinge(
+    surface: object, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
+) -> Support:
+    """Hold some components of an edge; it may turn.
+
+    Parameters
+    ----------
+    direction : {"s", "t"}
+        Parameter that is constant along the edge.
+    end : {0, 1}
+        Start or end of that direction.
+    components : ints
+        Cartesian components that are held.
+    """
+    return Support(vector_dofs(_row(surface, direction, end), components))
+
+
+def clamp(
+    surface: object, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
+) -> Support:
+    """Hold an edge and its slope.
+
+    ``components`` are those of the second row of coefficients that are held: all of them also
+    stop the strain across the edge, the component normal to a flat edge alone does not.
+    """
+    trace = vector_dofs(_row(surface, direction, end))
+    return Support(np.r_[trace, vector_dofs(_row(surface, direction, end, 1), components)])
+
+
+def pin(surface: object, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
+    """Hold components of one coefficient: removes rigid motions that no load excites."""
+    return Support(vector_dofs(np.array([row]), components))
+
+
+def symmetry(surface: object, direction: str, end: int, axis: int) -> Support:
+    """Symmetry plane ``x_axis = const`` through an edge.
 
     The trace stays in the plane and the tangent across it stays normal to the plane: component
-    ``axis`` of the first ring is fixed, the others are those of the second ring.
+    ``axis`` of the first row is fixed, the others are those of the second row.
     """
-    pick = surface.ring if direction == "s" else surface.column
-    trace, next_ring = (pick(k if end == 0 else -1 - k) for k in (0, 1))
+    trace, following = (_row(surface, direction, end, k) for k in (0, 1))
     along = [c for c in range(3) if c != axis]
-    return vector_dofs(trace, (axis,)), (vector_dofs(next_ring, along), vector_dofs(trace, along))
+    return Support(
+        vector_dofs(trace, (axis,)), vector_dofs(following, along), vector_dofs(trace, along)
+    )
+
+
+def supported(surface: object, *supports: Support) -> csr_matrix:
+    """Extraction E of a surface under any supports; they may meet in corners.
+
+    Dofs tied to each other, over any number of ties, move as one; one fixed dof fixes all of them.
+
+    Raises
+    ------
+    ValueError
+        See `extraction`.
+    """
+    n = 3 * surface.n_coefficients
+    fixed, slaves, masters = (
+        np.concatenate([np.empty(0, dtype=int), *(getattr(s, name) for s in supports)])
+        for name in ("fixed", "slaves", "masters")
+    )
+    graph = coo_matrix((np.ones(slaves.size), (slaves, masters)), shape=(n, n))
+    _, group = connected_components(graph, directed=False)
+    held = np.flatnonzero(np.isin(group, group[fixed]))
+    first = np.unique(group, return_index=True)[1][group]
+    tied = np.setdiff1d(np.flatnonzero(first != np.arange(n)), held)
+    return extraction(surface.reduction, held, ties=(tied, first[tied]))

@@ -1,4 +1,4 @@
-"""Tensor-product spline surfaces: element tables, poles, restrictions, Bezier patches.
+"""Tensor-product spline surfaces: poles, restrictions, rings and edges.
 
 Coefficient ``i * n_t + j`` belongs to ``N_i(s) N_j(t)``. Where an edge ``s = const`` collapses to
 a pole, the two rings of coefficients next to it follow three free points (a tangent plane), which
@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, identity, kron
+from scipy.sparse import coo_matrix, csr_matrix
 
-from .splines import SplineSpace, bernstein
+from .splines import SplineSpace
+from .tensor_surface import TensorSurface
 
 
 def pole_rings(t: SplineSpace) -> np.ndarray:
@@ -31,7 +32,7 @@ def pole_rings(t: SplineSpace) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class SplineSurface:
+class SplineSurface(TensorSurface):
     """A tensor-product spline surface, or some of its elements.
 
     Parameters
@@ -51,8 +52,6 @@ class SplineSurface:
     pole_end: bool = False
     elements: np.ndarray | None = None
 
-    shape = "quadrilateral"
-
     def __post_init__(self) -> None:
         if self.s.degree != self.t.degree:
             raise ValueError("both directions of a surface must have one degree")
@@ -61,22 +60,11 @@ class SplineSurface:
         if self.pole_start and self.pole_end and self.s.n < 4:
             raise ValueError("two poles need at least four rings of coefficients")
 
-    @property
-    def degree(self) -> int:
-        return self.s.degree
-
-    geometry_degree = degree
-    density_degree = degree
-
     @cached_property
     def selected(self) -> np.ndarray:
         """Element numbers of the tensor grid that this surface consists of."""
         every = np.arange(self.s.n_elements * self.t.n_elements)
         return every if self.elements is None else np.unique(self.elements)
-
-    @property
-    def n_elements(self) -> int:
-        return self.selected.size
 
     @cached_property
     def _tensor_dofs(self) -> np.ndarray:
@@ -99,24 +87,6 @@ class SplineSurface:
     def element_dofs(self) -> np.ndarray:
         """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
         return np.searchsorted(self.kept, self._tensor_dofs)
-
-    @cached_property
-    def tables(self) -> np.ndarray:
-        """Bezier extraction ``(n_elements, (p + 1) ** 2, (p + 1) ** 2)``."""
-        es, et = np.divmod(self.selected, self.t.n_elements)
-        product = np.einsum("eak,ebl->eabkl", self.s.extraction[es], self.t.extraction[et])
-        nb = (self.degree + 1) ** 2
-        return product.reshape(-1, nb, nb)
-
-    @cached_property
-    def bezier(self) -> csr_matrix:
-        """Coefficients to Bezier points, ``(n_elements (p + 1)**2, n_coefficients)``."""
-        nb = (self.degree + 1) ** 2
-        rows = np.arange(self.n_elements * nb).reshape(-1, 1, nb)
-        rows = np.broadcast_to(rows, self.tables.shape)
-        cols = np.broadcast_to(self.element_dofs[:, :, None], self.tables.shape)
-        shape = (self.n_elements * nb, self.n_coefficients)
-        return coo_matrix((self.tables.ravel(), (rows.ravel(), cols.ravel())), shape).tocsr()
 
     @cached_property
     def reduction(self) -> csr_matrix:
@@ -143,33 +113,6 @@ class SplineSurface:
         used = np.flatnonzero(np.diff(full.tocsc().indptr))
         return full[:, used]
 
-    @property
-    def n_dofs(self) -> int:
-        return self.reduction.shape[1]
-
-    @cached_property
-    def _density(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        dofs, rows, indptr = [], [], [0]
-        for e in range(self.n_elements):
-            local = self.reduction[self.element_dofs[e]]
-            used = np.unique(local.indices)
-            dofs.append(used)
-            rows.append(local[:, used].T @ self.tables[e])
-            indptr.append(indptr[-1] + used.size)
-        return np.array(indptr), np.concatenate(dofs), np.concatenate(rows)
-
-    @property
-    def indptr(self) -> np.ndarray:
-        return self._density[0]
-
-    @property
-    def dofs(self) -> np.ndarray:
-        return self._density[1]
-
-    @property
-    def extraction(self) -> np.ndarray:
-        return self._density[2]
-
     def restrict(self, elements: np.ndarray) -> SplineSurface:
         """This surface on some of its elements (numbers within the tensor grid)."""
         return SplineSurface(self.s, self.t, self.pole_start, self.pole_end, np.asarray(elements))
@@ -194,25 +137,6 @@ class SplineSurface:
         if not self.t.periodic:
             edges |= {"t = start": self.column(0), "t = end": self.column(-1)}
         return edges
-
-    def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:
-        """Coefficients to points at local ``xi``, ``eta`` of every element.
-
-        Parameters
-        ----------
-        xi, eta : (n,) array
-            Local coordinates in [0, 1].
-        along : {0, 1}, optional
-            Derivative along local s or t instead of the value.
-
-        Returns
-        -------
-        (n_elements * n, n_coefficients) sparse matrix
-        """
-        p = self.degree
-        values = bernstein(p, xi, int(along == 0))[:, None] * bernstein(p, eta, int(along == 1))
-        local = csr_matrix(values.reshape(-1, np.size(xi)).T)
-        return kron(identity(self.n_elements), local, format="csr") @ self.bezier
 
 
 def ring_scale(t: SplineSpace) -> float:

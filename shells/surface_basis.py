@@ -14,12 +14,26 @@ from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
-from skfem import MeshQuad
+from scipy.sparse import csr_matrix, identity, kron
+from skfem import BilinearForm, MeshQuad
 from skfem.assembly.basis import AbstractBasis
 from skfem.element import DiscreteField, ElementQuad1
 
 from .splines import bernstein
 from .surface import SplineSurface
+
+
+def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
+    """Which elements have parallel tangents, and where."""
+    bad = np.flatnonzero(~ok.all(axis=1))
+    e = int(bad[0])
+    i, j = np.divmod(surface.selected[e], surface.t.n_elements)
+    q = int(np.flatnonzero(~ok[e])[0])
+    where = ", ".join(f"{x:.4g}" for x in points[e, q])
+    return (
+        f"{bad.size} element(s) of the reference surface are degenerate (parallel tangents or not "
+        f"finite): first element ({i}, {j}) near ({where}); check its control points"
+    )
 
 
 @dataclass(frozen=True)
@@ -89,6 +103,8 @@ class SurfaceBasis(AbstractBasis):
         A reference whose tangents are parallel at a quadrature point, or of a wrong shape.
     """
 
+    dimension = 3  # of the space the surface lies in
+
     def __init__(
         self,
         surface: SplineSurface,
@@ -103,10 +119,11 @@ class SurfaceBasis(AbstractBasis):
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
         self._evaluate(xi, eta)
+        self.source = reference
         self.reference = reference if isinstance(reference, Jets) else self._jets_of(reference)
         area = np.linalg.norm(self.reference.normal, axis=-1)
-        if not np.all(area > 1e-14 * area.max()):
-            raise ValueError("the reference surface is degenerate: parallel tangents")
+        if not np.all(ok := area > 1e-14 * area.max()):
+            raise ValueError(_degenerate(surface, ok, self.reference.value))
         hs, ht = self._sizes
         self.dx = area * self.W * (hs * ht)[:, None]
         self.mesh = MeshQuad.init_tensor(surface.s.breaks, surface.t.breaks)
@@ -124,6 +141,13 @@ class SurfaceBasis(AbstractBasis):
         )
         self.Nbfun = dofs.shape[0]
         self.basis = _Components(self, components)
+
+    def mass(self, density: float) -> csr_matrix:
+        """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
+        points = round(self.X.shape[1] ** 0.5)
+        scalar = SurfaceBasis(self.surface, self.reference, points, components=1)
+        form = BilinearForm(lambda u, v, w: density * u * v)
+        return kron(form.assemble(scalar), identity(3), format="csr")
 
     @cached_property
     def _sizes(self) -> tuple[np.ndarray, np.ndarray]:

@@ -60,6 +60,26 @@ class EnclosedVolume:
         Q, R, K = self._elements(x, 2)
         return float(Q.sum()) + self.offset, self._scatter.vector(R), self._scatter.matrix(K)
 
+    def _short(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        c = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
+        N, N0, N1 = np.moveaxis(self._values, -1, 0)
+        t0, t1 = (np.einsum("eqa,eac->eqc", n, c) for n in (N0, N1))
+        w = self._dw[..., None]
+        R = np.einsum("eqa,eqc->eac", N, np.cross(t0, t1) * w)
+        arm = N0[..., None] * t1[:, :, None] - N1[..., None] * t0[:, :, None]
+        turned = np.cross(np.eye(3), arm[..., None, :])  # z' of component j: (e, q, b, j, c)
+        K = np.einsum("eqa,eqbji->eaibj", N * w, turned, optimize=True)
+        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
+        return R.reshape(ne, nd), K.reshape(ne, nd, nd)
+
+    @property
+    def short_forms(self) -> tuple[ElementForm, ElementForm]:
+        """Forms of ``int rho . (theta_s x theta_t)`` (a follower pressure) and its derivative."""
+        return (
+            ElementForm(lambda x: self._short(x)[0], self.basis, 1, self._scatter),
+            ElementForm(lambda x: self._short(x)[1], self.basis, 2, self._scatter),
+        )
+
     def check(self, extraction: csr_matrix) -> None:
         """Refuse supports that let an open boundary move.
 
@@ -121,18 +141,6 @@ class OpenVolume(EnclosedVolume):
 
     def value(self, x: np.ndarray) -> float:
         return super().value(x) + self._lid_volume(np.asarray(x, dtype=float).reshape(-1, 3))
-
-    def _short(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        c = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
-        N, N0, N1 = np.moveaxis(self._values, -1, 0)
-        t0, t1 = (np.einsum("eqa,eac->eqc", n, c) for n in (N0, N1))
-        w = self._dw[..., None]
-        R = np.einsum("eqa,eqc->eac", N, np.cross(t0, t1) * w)
-        arm = N0[..., None] * t1[:, :, None] - N1[..., None] * t0[:, :, None]
-        turned = np.cross(np.eye(3), arm[..., None, :])  # z' of component j: (e, q, b, j, c)
-        K = np.einsum("eqa,eqbji->eaibj", N * w, turned, optimize=True)
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        return R.reshape(ne, nd), K.reshape(ne, nd, nd)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         return self._scatter.vector(self._short(x)[0])

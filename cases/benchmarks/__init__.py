@@ -19,6 +19,9 @@ class Entry:
 
 
 BENCHMARKS: Mapping[str, Entry] = {
+    "adaptivity": Entry(
+        "cases.benchmarks.adaptivity", "where Stokes is good enough, against the printed figures"
+    ),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),

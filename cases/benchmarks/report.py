@@ -29,12 +29,15 @@ def execute(name: str, module: str, quick: bool, file: Path | None = None) -> li
     benchmark = import_module(module)
     speed = calibrate(getattr(benchmark, "pairs", None))
     rows = calibrated(benchmark.run(quick), speed)
+    draw = getattr(benchmark, "draw", None)
     report = {"benchmark": name, "machine": {**machine(), **versions(), **speed}, "rows": rows}
     show(name, rows, speed)
     if file is not None:
         with replacing(file) as stream:
             json.dump(report, stream, indent=2, default=_plain)
             stream.write("\n")
+        if draw is not None:
+            draw(rows, file.with_suffix(".png"))
     return rows
 
 
@@ -86,7 +89,7 @@ def show(name: str, rows: Sequence[Row], speed: Mapping[str, float]) -> None:
     figures = ", ".join(f"{key} {value:.3g}" for key, value in speed.items())
     console.print(f"{name} ({figures})", markup=False)
     for columns, group in groupby(rows, key=lambda row: tuple(key for key in row)):
-        shown = [column for column in columns if column not in HIDDEN]
+        shown = [c for c in columns if c not in HIDDEN and not c.startswith("_")]
         table = Table(box=SIMPLE)
         for column in shown:
             table.add_column(column, justify="left" if column == "case" else "right")

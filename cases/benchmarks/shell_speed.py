@@ -11,17 +11,20 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pyamg
-from scipy.sparse.linalg import cg
-from skfem import BilinearForm
+from scipy.sparse import csr_matrix
+from skfem import BilinearForm, LinearForm
 
 from shells import _shell_kernels as kernels
+from shells.continuation import load_path
+from shells.dynamics import ShellStructure
 from shells.kirchhoff_love import KirchhoffLove
 from shells.material import Material
+from shells.mechanism import coefficients_of
+from shells.multigrid import multigrid
 from shells.newton import factorize
 from shells.pointwise import PointwiseShell, StVenantKirchhoff
 from shells.splines import SplineSpace
-from shells.support import extraction, vector_dofs
+from shells.support import hinge, supported
 from shells.surface import SplineSurface
 from shells.surface_basis import SurfaceBasis
 
@@ -33,7 +36,10 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.cross(a, b, axis=0)
+    # three times faster than np.cross on arrays of this shape: the peer gets a fair chance
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 @BilinearForm
@@ -119,19 +125,18 @@ def best(function: Callable[[], Any], repeats: int = 5) -> float:
     return min(times)
 
 
-def kernel_rows(n: int) -> list[Row]:
+def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
     """Residual and tangent: fused kernel on 1 and 2 threads, pointwise path, plain form."""
     rows = []
-    for degree in (2, 3):
+    for degree in degrees:
         shell, theta, _ = panel(n, degree)
-        small, near, _ = panel(6, degree)
-        arguments = plain_arguments(small, near)
-        exact = plain_tangent.assemble(small.basis, **arguments)
-        fused = small.gradient_and_tangent(near)[1]
-        error = float(abs(fused - exact).max() / abs(exact).max())
+        # on the same mesh: on few elements the plain form's calls would cost more than its work
+        arguments = plain_arguments(shell, theta)
         start = time.perf_counter()
-        plain_tangent.elemental(small.basis, **arguments)
-        plain = (time.perf_counter() - start) / 36
+        exact = plain_tangent.elemental(shell.basis, **arguments)
+        plain = (time.perf_counter() - start) / n**2
+        exact, fused = exact.tocsr(), shell.gradient_and_tangent(theta)[1]
+        error = float(abs(fused - exact).max() / abs(exact).max())
         threads = kernels.get_num_threads()
         seconds = {}
         for count in sorted({1, threads}):
@@ -140,9 +145,9 @@ def kernel_rows(n: int) -> list[Row]:
         kernels.set_num_threads(threads)
         pointwise = PointwiseShell(shell.basis, StVenantKirchhoff(shell.material))
         slow = best(lambda p=pointwise, x=theta: p.gradient_and_tangent(x), 2) / n**2
+        fused_rows = [(f"fused, {count} thread(s)", seconds[count]) for count in seconds]
         for name, value in (
-            ("fused, 1 thread", seconds[1]),
-            (f"fused, {threads} threads", seconds[threads]),
+            *fused_rows,
             ("pointwise, any material", slow),
             ("plain scikit-fem form", plain),
         ):
@@ -160,46 +165,72 @@ def kernel_rows(n: int) -> list[Row]:
     return rows
 
 
-def rigid_modes(c: np.ndarray) -> np.ndarray:
-    """Six rigid motions of control points ``(n, 3)``: ``(3 n, 6)``."""
-    eye = np.eye(3)
-    shifts = np.tile(eye, (c.shape[0], 1))
-    turns = [np.cross(axis, c).ravel() for axis in eye]
-    return np.column_stack([shifts, *turns])
+def _held_panel(n: int, degree: int) -> tuple[KirchhoffLove, np.ndarray, csr_matrix]:
+    """A panel hinged along two edges: shell, reference coefficients, extraction."""
+    shell, _, surface = panel(n, degree)
+    E = supported(surface, hinge(surface, "s", 0), hinge(surface, "s", 1))
+    return shell, coefficients_of(shell.basis), E
 
 
 def solver_rows(sizes: tuple[int, ...]) -> list[Row]:
     """Direct factorization against smoothed aggregation with the rigid modes, on a tangent."""
     rows = []
     for n in sizes:
-        shell, _, surface = panel(n, 2)
-        edge = np.r_[vector_dofs(surface.ring(0)), vector_dofs(surface.ring(-1))]
-        E = extraction(surface.reduction, edge)
-        x, y = np.repeat(surface.s.greville, surface.t.n), np.tile(surface.t.greville, surface.s.n)
-        c = np.stack([x, y, 0.2 * x * (1.0 - x)], axis=1)
+        shell, c, E = _held_panel(n, 2)
         K = (E.T @ shell.gradient_and_tangent(c)[1] @ E).tocsr()
         b = np.random.default_rng(0).standard_normal(K.shape[0])
-        start = time.perf_counter()
-        direct = factorize(K)(b)
-        direct_seconds = time.perf_counter() - start
-        start = time.perf_counter()
-        hierarchy = pyamg.smoothed_aggregation_solver(K, B=E.T @ rigid_modes(c), max_coarse=200)
-        counted = []
-        found, _ = cg(
-            K, b, rtol=1e-8, maxiter=2000, M=hierarchy.aspreconditioner(), callback=counted.append
+        found, seconds = {}, {}
+        for name, solver in (("direct", factorize), ("amg", multigrid(c, E, tolerance=1e-8))):
+            start = time.perf_counter()
+            found[name] = solver(K)(b)
+            seconds[name] = time.perf_counter() - start
+        error, peer = (
+            float(np.linalg.norm(K @ found[name] - b) / np.linalg.norm(b)) for name in found
         )
-        amg_seconds = time.perf_counter() - start
         rows.append(
             {
-                "case": f"tangent of {n}^2 elements, p=2",
-                "seconds": direct_seconds,
-                "error": float(np.linalg.norm(K @ direct - b) / np.linalg.norm(b)),
+                "case": f"tangent of {n}^2 elements, p=2, direct",
+                "seconds": seconds["direct"],
+                "error": error,
                 "reference": "residual",
                 "unknowns": K.shape[0],
-                "ratio": amg_seconds / direct_seconds,
-                "peer": "pyamg + CG",
-                "peer error": float(np.linalg.norm(K @ found - b) / np.linalg.norm(b)),
-                "peer iterations": len(counted),
+                "ratio": seconds["amg"] / seconds["direct"],
+                "peer": "pyamg + CG to 1e-8",
+                "peer seconds": seconds["amg"],
+                "peer error": peer,
+            }
+        )
+    return rows
+
+
+def reuse_rows(sizes: tuple[int, ...]) -> list[Row]:
+    """Newton with a factor kept while it contracts, against a new factor each iteration."""
+    rows = []
+    for n in sizes:
+        shell, c, E = _held_panel(n, 3)
+        force = LinearForm(lambda v, w: -2e-5 * v[2]).assemble(shell.basis).reshape(-1, 3)
+        ends, seconds = {}, {}
+        for reuse in (0.0, 0.5):
+            structure = ShellStructure(shell, E, reuse=reuse)
+            structure.mechanism  # noqa: B018  its check is not part of the timing
+            start = time.perf_counter()
+            path = load_path(structure, c, lambda f, force=force: f * force, np.arange(1, 6) / 5)
+            seconds[reuse] = time.perf_counter() - start
+            ends[reuse] = path
+            if not path.ok:
+                raise ArithmeticError(path.failure)
+        moved = np.abs(ends[0.0].state.coefficients - c).max()
+        off = np.abs(ends[0.5].state.coefficients - ends[0.0].state.coefficients).max()
+        counts = [sum(step.factorizations for step in path.steps) for path in ends.values()]
+        rows.append(
+            {
+                "case": f"path of {n}^2 elements, p=3, factor kept",
+                "seconds": seconds[0.5],
+                "error": float(off / moved),
+                "reference": "Newton",
+                "factors": f"{counts[1]} against {counts[0]}",
+                "ratio": seconds[0.0] / seconds[0.5],
+                "peer": "Newton, new factors",
             }
         )
     return rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..config import Scene
+    from ..config import Geometry, Mesh, Scene
     from .bag import Bag
 
 
@@ -14,6 +14,8 @@ def initial_bag(scene: Scene) -> Bag:
     from .pancake import Pancake, pancake
 
     g, m = scene.geometry, scene.mesh
+    if g.kind == "pillow":
+        return _pillow(g, m, scene.output.seed)
     return pancake(
         Pancake(g.radius, g.half_width, g.neck_radius, g.fillet),
         degree=m.degree,
@@ -24,4 +26,28 @@ def initial_bag(scene: Scene) -> Bag:
         pole=m.pole,
         disc=m.disc,
         double_joints=m.joints == "double",
+    )
+
+
+def _pillow(g: Geometry, m: Mesh, seed: int) -> Bag:
+    """A flat or folded pillow bag."""
+    from shells.pillow import Pillow
+
+    from .folded import folded_bag
+    from .folding import accordion_folding, double_folding, flat, roll_folding
+
+    foldings = {
+        "flat": lambda: flat(g.gap),
+        "accordion": lambda: accordion_folding(g.folds, g.panel, g.gap),
+        "double": lambda: double_folding(g.folds, g.folds_across, g.panel, g.gap),
+        "roll": lambda: roll_folding(g.turns, g.pitch, g.gap),
+    }
+    return folded_bag(
+        Pillow(m.around, m.across or m.around // 2),
+        foldings[g.fold](),
+        plan=g.plan,
+        width=g.width,
+        inlet=m.inlet,
+        crumpled=g.crumple,
+        seed=seed,
     )

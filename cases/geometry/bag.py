@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
-from shells.surface import SplineSurface
+from shells.tensor_surface import TensorSurface
 
 
 @dataclass(frozen=True)
@@ -16,12 +17,12 @@ class Bag:
 
     Attributes
     ----------
-    membrane, patch : SplineSurface
+    membrane, patch : TensorSurface
         The moving surface and the fixed inflow patch; both normals point out of the bag.
     coefficients : (n_full, 3) array
         Membrane coefficients, then those of the patch.
-    rim_ring : int
-        Ring of the membrane that is joined to the inflow rim.
+    support : callable
+        Extraction ``(3 n_full, n_free)`` of a rim that is "hinged" or "clamped" to the patch.
     profile : callable
         Inflow profile X on points (n, 3) of the patch, zero at its rim [T 6.3.3].
     gap, extent : float
@@ -32,10 +33,10 @@ class Bag:
         Largest distance between the fitted and the exact surface.
     """
 
-    membrane: SplineSurface
-    patch: SplineSurface
+    membrane: TensorSurface
+    patch: TensorSurface
     coefficients: np.ndarray
-    rim_ring: int
+    support: Callable[[str], csr_matrix]
     profile: Callable[[np.ndarray], np.ndarray]
     gap: float
     extent: float

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from shells.splines import SplineSpace
+from shells.support import extraction
+from shells.support import rim as held_rim
 from shells.surface import SplineSurface
 
 from .bag import Bag
@@ -161,11 +164,18 @@ def pancake(
     def quadratic(points: np.ndarray) -> np.ndarray:
         return 1.0 - (points[:, 0] ** 2 + points[:, 1] ** 2) / radius**2
 
+    membrane = SplineSurface(s, t, pole_start=True)
+    patch = SplineSurface(inward, t, pole_end=True)
+
+    def support(kind: str) -> csr_matrix:
+        fixed = held_rim(membrane, -1, kind)
+        return extraction(membrane.reduction, fixed, patch.n_coefficients)
+
     return Bag(
-        membrane=SplineSurface(s, t, pole_start=True),
-        patch=SplineSurface(inward, t, pole_end=True),
+        membrane=membrane,
+        patch=patch,
         coefficients=np.concatenate([revolve(profile, t), revolve(lid, t)]),
-        rim_ring=-1,
+        support=support,
         profile=quadratic,
         gap=2.0 * body.radius,
         extent=body.half_width - body.radius,

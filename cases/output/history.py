@@ -38,10 +38,10 @@ class History(Silent):
         self._units = _units(physical) if physical else {}
 
     def on_start(self, step: AcceptedStep) -> None:
-        self._append(step.row)
+        self.append(step.row)
 
     def on_accepted(self, step: AcceptedStep) -> None:
-        self._append(step.row)
+        self.append(step.row)
 
     def cut_back(self, step: int) -> None:
         """Drop the rows after ``step`` and a half-written last line."""
@@ -49,7 +49,8 @@ class History(Silent):
         if self.path.exists() and not self.path.stat().st_size:
             self.path.unlink()
 
-    def _append(self, row: Mapping[str, float]) -> None:
+    def append(self, row: Mapping[str, float]) -> None:
+        """Add one row; the first one makes the header."""
         physical = {f"{k}_si": row[k] * unit for k, unit in self._units.items() if k in row}
         full = {**row, **physical}
         if LAST in full:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
 
+    from ..accuracy import Accuracy
+
 RUNNING = "running"
 
 
@@ -38,10 +40,18 @@ class RunRecord(Silent):
     scene : Scene
     tolerances : mapping, optional
         Resolved tolerances beside those of the scene.
+    accuracy : Accuracy, optional
+        What the fluid's tolerance came to; its review is written at the end.
     """
 
-    def __init__(self, path: Path, scene: Scene, tolerances: Mapping[str, Any] | None = None):
-        self.path = path
+    def __init__(
+        self,
+        path: Path,
+        scene: Scene,
+        tolerances: Mapping[str, Any] | None = None,
+        accuracy: Accuracy | None = None,
+    ):
+        self.path, self._accuracy = path, accuracy
         self._began = time.perf_counter()
         self._phases: Counter[str] = Counter()
         self._causes: Counter[str] = Counter()
@@ -52,13 +62,8 @@ class RunRecord(Silent):
             "result": RUNNING,
             "versions": versions(),
             "machine": machine(),
-            "tolerances": {
-                "fluid.tolerance": scene.fluid.tolerance,
-                "fluid.krylov_tolerance": scene.fluid.krylov_tolerance,
-                "coupling.tolerance": scene.coupling.tolerance,
-                "coupling.absolute_tolerance": scene.coupling.absolute_tolerance,
-                **(tolerances or {}),
-            },
+            "tolerances": {**scene.tolerances, **(tolerances or {})},
+            **({"accuracy": {"before": accuracy.before()}} if accuracy else {}),
             "skips": old.get("skips", []),
             "sessions": [*old.get("sessions", []), self._session],
         }
@@ -93,6 +98,8 @@ class RunRecord(Silent):
 
     def on_accepted(self, step: AcceptedStep) -> None:
         self._session.update(step=step.step, t=step.state.t)
+        if self._accuracy:
+            self._accuracy.note(step)
 
     def on_rejected(self, rejection: Rejection) -> None:
         self._causes[rejection.cause.name] += 1
@@ -108,12 +115,18 @@ class RunRecord(Silent):
         self.write()
 
     def close(self, outcome: Outcome) -> None:
+        self.ended(outcome, t=outcome.t)
+
+    def ended(self, outcome: Any, **figures: float) -> None:
+        """Note how a run of any kind ended."""
         self._session["counts"] = dict(outcome.counts)
+        if self._accuracy:
+            self._record["accuracy"]["after"] = self._accuracy.after()
         self._record.update(
             result=outcome.result.name.lower(),
             advice=outcome.detail,
             step=outcome.step,
-            t=outcome.t,
+            **figures,
         )
         self.write()
 

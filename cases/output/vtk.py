@@ -7,7 +7,7 @@ a run can be opened while it is going on.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 from xml.etree import ElementTree
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from coupling.protocols import AcceptedStep, Outcome
 
 FOLDER = "fields"
+CELLS = {"quads": "quad", "triangles": "triangle"}
 
 
 class Sampler(Protocol):
@@ -97,24 +98,29 @@ class Fields(Silent):
         self._write_list()
 
     def _write_list(self) -> None:
-        root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
-        collection = ElementTree.SubElement(root, "Collection")
-        for t, name in self._frames:
-            ElementTree.SubElement(
-                collection, "DataSet", timestep=repr(float(t)), group="", part="0", file=name
-            )
-        ElementTree.indent(root)
-        with replacing(self.path) as file:
-            file.write('<?xml version="1.0"?>\n' + ElementTree.tostring(root, "unicode") + "\n")
+        write_frames(self.path, self._frames)
+
+
+def write_frames(path: Path, frames: Sequence[tuple[float, str]]) -> None:
+    """The list of frames, times and file names, as a fields.pvd."""
+    root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
+    collection = ElementTree.SubElement(root, "Collection")
+    for t, name in frames:
+        ElementTree.SubElement(
+            collection, "DataSet", timestep=repr(float(t)), group="", part="0", file=name
+        )
+    ElementTree.indent(root)
+    with replacing(path) as file:
+        file.write('<?xml version="1.0"?>\n' + ElementTree.tostring(root, "unicode") + "\n")
 
 
 def write_grid(path: Path, grid: Mapping[str, Any]) -> None:
-    """One VTU file from ``points``, ``quads``, ``point_data`` and ``cell_data``."""
+    """One VTU file from ``points``, ``quads`` or ``triangles``, ``point_data``, ``cell_data``."""
     import meshio
 
     mesh = meshio.Mesh(
         np.asarray(grid["points"]),
-        [("quad", np.asarray(grid["quads"]))],
+        [(kind, np.asarray(grid[key])) for key, kind in CELLS.items() if key in grid],
         point_data={name: np.asarray(v) for name, v in grid["point_data"].items()},
         cell_data={name: [np.asarray(v)] for name, v in grid["cell_data"].items()},
     )

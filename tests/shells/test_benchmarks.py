@@ -3,20 +3,18 @@
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import spsolve
 from skfem import BilinearForm, LinearForm, condense, solve
 from skfem.helpers import dd, ddot
 
-from cases.benchmarks import shells as benchmark
+from cases.benchmarks import shell_roof, shell_rotations, shell_speed
 from cases.geometry.revolution import flat_bag, sphere
 from shells.dynamics import ShellState, ShellStructure
-from shells.edge import edge
 from shells.kirchhoff_love import KirchhoffLove
 from shells.material import Material
 from shells.minimise import minimise
 from shells.pointwise import NeoHookean, PointwiseShell
 from shells.splines import SplineSpace
-from shells.support import extraction, symmetry, vector_dofs
+from shells.support import extraction, vector_dofs
 from shells.surface import SplineSurface, ring_scale
 from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume, OpenVolume
@@ -56,29 +54,14 @@ def test_biharmonic_on_an_unmodified_form(degree, rate):
 
 def test_scordelis_lo():
     """-0.3002312 at 32^2, p = 2, under 5/6e-6 (the 5/3e-6 of [T 6.3.1] counts a half twice)."""
-    n, R, L, phi = 32, 25.0, 50.0, np.deg2rad(40.0)
-    s, t = SplineSpace(np.linspace(-1, 1, n + 1), 2), SplineSpace(np.linspace(0, L, n + 1), 2)
-    surface = SplineSurface(s, t)
+    assert shell_roof.roof(32, 2)[0] == pytest.approx(-0.3002312, abs=5e-8)
 
-    def roof(s, t):
-        a, zero = phi * s, 0.0 * s
-        sin, cos = R * np.sin(a), R * np.cos(a)
-        return (
-            stack(sin, t, cos),
-            (phi * stack(cos, zero, -sin), stack(zero, 1.0, zero)),
-            (phi**2 * stack(-sin, zero, -cos), stack(zero, zero, zero), stack(zero, zero, zero)),
-        )
 
-    basis = SurfaceBasis(surface, roof)
-    shell = KirchhoffLove(basis, Material(1.0 / 192.0), exact_reference=True)
-    ends = np.concatenate([surface.column(0), surface.column(-1)])
-    pin = vector_dofs(surface.column(0)[:1], (1,))
-    E = extraction(surface.reduction, np.unique(np.r_[vector_dofs(ends, (0, 2)), pin]))
-    load = LinearForm(lambda v, w: -5.0 / 6.0 * 1e-6 * v[2]).assemble(basis)
-    _, K = shell.gradient_and_tangent(np.zeros(basis.N))
-    u = (E @ spsolve((E.T @ K @ E).tocsc(), E.T @ load)).reshape(-1, 3)
-    at_A = np.outer(s.evaluate(1.0)[0], t.evaluate(L / 2)[0]).ravel()
-    assert (at_A @ u)[2] == pytest.approx(-0.3002312, abs=5e-8)
+def test_roof_converges_in_second_derivatives():
+    """H2 rates p - 1 from below: 1 for quadratic, 2 for cubic splines, up to the asymptote."""
+    rates = [float(row["rate"]) for row in shell_roof.rate_rows((8, 16), 20) if row["rate"]]
+    assert rates[0] > 0.95
+    assert rates[1] > 1.65
 
 
 def ring(degree, n):
@@ -157,26 +140,31 @@ def test_flat_bag_inflates_from_zero_volume():
 
 def test_large_rotations():
     """Sze, Liu, Lo: end shear to the table's digits, end moment to the exact solution."""
-    value, _, _ = benchmark.shear(16, 3)
-    assert value == pytest.approx([3.286, 6.698], rel=1.5e-3)
-    error, _, _ = benchmark.moment(16, 3)
-    assert error < 2e-4
-    tip = benchmark.strip(10.0, 4, 2)[2]
-    assert tip.line_load(np.array([0.0, 0.0, 2.0])).sum() == pytest.approx(2.0)
+    tips, _ = shell_rotations.shear(16, 3)
+    assert tips == pytest.approx(shell_rotations.SHEAR_TABLE[:, 1:], abs=5e-3)
+    error, _ = shell_rotations.moment(32, 3)
+    assert error < 8e-5
+
+
+def test_coarse_slit_annulus():
+    """1.5% below the converged lift on 24 x 3 elements: membrane locking."""
+    lift, _ = shell_rotations.annulus(24, 3, 3)
+    assert lift[-1] == pytest.approx(shell_rotations.ANNULUS_CONVERGED, rel=0.016)
 
 
 @pytest.mark.slow
 def test_slit_annulus():
-    value, _, _ = benchmark.annulus(40, 6, 3)
-    assert value == pytest.approx(benchmark.ANNULUS_CONVERGED, rel=3e-3)
+    lift, _ = shell_rotations.annulus(40, 6, 3)
+    assert lift[-1] == pytest.approx(shell_rotations.ANNULUS_CONVERGED, rel=3e-3)
+    assert lift == pytest.approx(shell_rotations.ANNULUS_TABLE[:, 1:], abs=0.12)
 
 
 def test_formulations_and_locking():
     """[T tab. 6.1] and the locked regime: reduced points and degree 3 help as measured."""
-    rows = benchmark._formulations(16)
+    rows = shell_roof.formulation_rows(16)
     assert max(row["difference to first"] for row in rows) < 1e-10
     ratios = {
-        key: benchmark.roof(16, *key[:1], thickness=0.025, points=key[1])[0]
+        key: shell_roof.roof(16, key[0], thickness=0.025, points=key[1])[0]
         for key in ((2, 3), (2, 2), (3, 4), (5, 6))
     }
     exact = ratios.pop((5, 6))
@@ -184,27 +172,33 @@ def test_formulations_and_locking():
     assert found == pytest.approx([0.479, 0.878, 0.972], abs=2e-3)
 
 
-def test_symmetry_plane_gives_the_whole_answer():
-    """Half a cantilever cut along its length carries half the load and bends the same."""
-    s, t = SplineSpace(np.linspace(0.0, 4.0, 9), 3), SplineSpace(np.linspace(0.0, 1.0, 5), 3)
-    half_t = SplineSpace(np.linspace(0.5, 1.0, 3), 3)
-    tips = []
-    for space, cut in ((t, False), (half_t, True)):
-        surface = SplineSurface(s, space)
-        c = stack(np.repeat(s.greville, space.n), np.tile(space.greville, s.n), 0.0)
-        basis = SurfaceBasis(surface, c)
-        shell = KirchhoffLove(basis, Material(1e-2, poisson_ratio=0.3))
-        fixed = np.r_[vector_dofs(surface.ring(0)), vector_dofs(surface.ring(1), (2,))]
-        ties = None
-        if cut:
-            plane, ties = symmetry(surface, "t", 0, axis=1)
-            fixed = np.union1d(fixed, plane)
-            keep = ~np.isin(ties[0], fixed) & ~np.isin(ties[1], fixed)
-            ties = tuple(dofs[keep] for dofs in ties)
-        structure = ShellStructure(shell, extraction(surface.reduction, fixed, ties=ties))
-        tip = edge(surface, "s", 1, c)
-        step = structure.static(c, load=tip.line_load(np.array([0.0, 0.0, 2e-4])))
-        assert step.ok
-        tips.append(step.state.coefficients[surface.ring(-1)][-1])
-    # not to rounding: the odd component is C2 across the middle of the whole, C1 at the plane
-    assert tips[1] == pytest.approx(tips[0], abs=1e-7)
+def test_patch_rule_does_not_lock():
+    """Thickness over radius 1e-4 on 16^2: 0.976 of the deflection where Gauss points give 0.431."""
+    exact = shell_roof.roof(16, 5, thickness=0.0025, membrane="patch")[0]
+    found = shell_roof.roof(16, 3, thickness=0.0025, membrane="patch")[0]
+    assert found / exact == pytest.approx(0.976, abs=5e-3)
+    lift, _ = shell_rotations.annulus(24, 3, 3, "patch")
+    assert lift[-1] == pytest.approx(shell_rotations.ANNULUS_CONVERGED, rel=8e-3)
+
+
+def test_patch_rule_on_poles_and_blocks():
+    """The inflated sphere with reduced membrane points, and refusals."""
+    surface, c = sphere(3, 8, 12)
+    basis = SurfaceBasis(surface, c)
+    shell = KirchhoffLove(basis, Material(1e-6, poisson_ratio=0.3), membrane="patch")
+    structure = ShellStructure(shell, extraction(surface.reduction), EnclosedVolume(basis))
+    end = minimise(structure, c, (1.2 - 1.0 / 1.2) * 1.3)
+    assert end.ok
+    ratio = structure.volume(end.state.coefficients) / structure.volume(c)
+    assert ratio ** (1.0 / 3.0) == pytest.approx(1.2, rel=2e-5)
+    ragged = surface.restrict(np.arange(17))
+    part = SurfaceBasis(ragged, c[ragged.kept])
+    with pytest.raises(ValueError, match="rectangular block"):
+        KirchhoffLove(part, Material(1e-6), membrane="patch")
+
+
+def test_fused_kernel_is_worth_it():
+    """Coarse and on a busy machine: the benchmark shows 80 and more."""
+    rows = shell_speed.kernel_rows(16, (2,))
+    assert all(row["error"] < 1e-13 for row in rows)
+    assert all(row["ratio"] > 40.0 for row in rows if "fused, 1" in row["case"])

@@ -32,10 +32,11 @@ def central(function, x, direction, step):
     return (plus - minus) / (2.0 * step)
 
 
+@pytest.mark.parametrize("membrane", ["gauss", "patch"])
 @pytest.mark.parametrize("degree", [2, 3])
-def test_variations_by_finite_differences(degree):
+def test_variations_by_finite_differences(degree, membrane):
     basis, _, theta, d = cone(degree)
-    shell = KirchhoffLove(basis, MATERIAL)
+    shell = KirchhoffLove(basis, MATERIAL, membrane=membrane)
     gradient, tangent = shell.gradient_and_tangent(theta)
     errors = []
     for step in (1e-3, 1e-4):

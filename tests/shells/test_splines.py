@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from shells.membrane_rule import patch_rule
 from shells.splines import SplineSpace
 from shells.surface import SplineSurface, pole_rings, ring_scale
 
@@ -77,3 +78,19 @@ def test_density_tables_partition_unity_on_poles_and_cuts():
     inner, outer = surface.restrict(np.arange(16)), surface.restrict(np.arange(16, 40))
     # functions across the rim are cut in two: p rings are doubled
     assert inner.n_coefficients + outer.n_coefficients == surface.n_coefficients + 2 * t.n
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_patch_rule_is_exact_with_few_points(degree, periodic):
+    """Products of two functions of degree (p + 1) / 2 on 1.5 points an element."""
+    space = SplineSpace(np.linspace(0.0, 5.0, 13) ** 1.1, degree, periodic)
+    points, weights = patch_rule(space)
+    assert points.size <= 1.5 * space.n_elements + 2
+    assert weights.min() > 0.0
+    target = SplineSpace(space.breaks, degree + 1, periodic, np.full(13, 3))
+    x, w = np.polynomial.legendre.leggauss(degree + 2)
+    h = np.diff(space.breaks)
+    fine = (space.breaks[:-1, None] + 0.5 * h[:, None] * (x + 1.0)).ravel()
+    exact = (0.5 * h[:, None] * w).ravel() @ target.evaluate(fine)
+    assert weights @ target.evaluate(points) == pytest.approx(exact, abs=1e-11)

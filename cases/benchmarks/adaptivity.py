@@ -1,0 +1,420 @@
+"""Model adaptivity [T ch. 7]: the thesis' steps, effectivity, partitions, boundary elements, cost.
+
+``error`` is the true modelling error relative to J(u0) unless ``error_kind`` says otherwise;
+``thesis_eps`` is the negative estimate, which by its numbers is what the thesis prints. Steps
+that did not converge are marked and carry no figures.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from coupling.model_adaptivity import goals
+from coupling.model_adaptivity.boundary_loop import adapt_boundary
+from coupling.model_adaptivity.loop import Step, Strategy, adapt, full_model
+from coupling.model_adaptivity.mixed_flow import MixedFlow
+from coupling.model_adaptivity.newton import robust
+from coupling.model_adaptivity.partitioned import Scheme, partitioned
+from coupling.model_adaptivity.substructure import cut, monolithic
+from coupling.relaxation import Aitken, GaussSeidel, Relaxation
+
+from .. import loader
+from ..flow import build
+from ..flow.build import DIRICHLET, OUTLET
+from ..geometry.channel_cavity import channel_cavity
+
+Row = dict[str, Any]
+CORNER = (1.9, 2.0, -1.0, -0.9)
+# [T fig. 7.3]: step -> printed error and fraction of Navier-Stokes elements.
+PRINTED = {0: (-4.12e-2, 0.0), 1: (4.43e-3, 0.195), 2: (2.12e-3, 0.392), 4: (-2.56e-5, 0.743)}
+PRINTED_1000 = 1.73
+
+
+def run(quick: bool) -> list[Row]:
+    """Rows of the benchmark; ``quick`` keeps meshes at h = 1/20 and leaves out the adapted one."""
+    rows = _thesis_loop(20 if quick else 80)
+    rows += _first_steps((20,) if quick else (20, 40))
+    if not quick:
+        rows.append(_first_step_adapted())
+    rows += _loop_rows("Re = 1000", 1000.0, 20 if quick else 40, Strategy(tolerance=1e-9))
+    rows.append(_linearised(10 if quick else 20))
+    for reynolds in (10.0, 100.0, 1000.0):
+        rows += [_independence(reynolds, cells) for cells in ((10, 20) if quick else (10, 20, 40))]
+    rows += _partitioned()
+    rows += [_boundary_row(name, n) for name in FIXED for n in ((5, 10) if quick else (5, 10, 20))]
+    rows += _boundary_loops(10 if quick else 20)
+    rows += _costs(20 if quick else 40)
+    return rows
+
+
+def vorticity(flow: MixedFlow) -> goals.Goal:
+    """The thesis' goal on a flow."""
+    return goals.vorticity(flow.space, goals.region(flow.space, CORNER))
+
+
+def steps_of(flow: MixedFlow, strategy: Strategy) -> list[Step]:
+    """A whole loop with true errors."""
+    goal = vorticity(flow)
+    reference, _ = full_model(flow, goal)
+    return list(adapt(flow, goal, strategy, reference=reference))
+
+
+def _step_row(case: str, step: Step) -> Row:
+    return {
+        "case": f"{case}, step {step.index}",
+        "seconds": sum(step.seconds.values()),
+        "error": step.error_rel_j0,
+        "reference": "full model, same mesh",
+        "estimate": step.estimate,
+        "thesis_eps": step.thesis_eps,
+        "bound": step.bound,
+        "bound/estimate": float(np.divide(step.bound, abs(step.estimate))),
+        "effectivity": step.effectivity,
+        "error_rel_J1": step.error,
+        "elements": step.element_fraction,
+        "volume": step.volume_fraction,
+        "converged": step.solution.ok,
+    }
+
+
+def _thesis_loop(cells: int) -> list[Row]:
+    """Re = 10, counting indicators, greedy 0.1: beside the printed figures."""
+    strategy = Strategy(indicator="counting", tolerance=1e-12)
+    began = time.perf_counter()
+    steps = steps_of(build.flow_on(channel_cavity(cells), 10.0), strategy)
+    seconds = time.perf_counter() - began
+    rows = []
+    for step in steps:
+        eps, fraction = PRINTED.get(step.index, (np.nan, np.nan))
+        rows.append(
+            _step_row(f"Re = 10, h = 1/{cells}, counting", step)
+            | {"printed": eps, "to printed": step.thesis_eps / eps - 1.0}
+            | {"printed elements": fraction}
+        )
+    last = steps[-1]
+    rows.append(_total(f"Re = 10, h = 1/{cells}, counting", last, seconds))
+    return rows
+
+
+def _total(case: str, last: Step, seconds: float) -> Row:
+    return {
+        "case": f"{case}: whole loop",
+        "seconds": seconds,
+        "error": last.error_rel_j0,
+        "reference": "full model, same mesh",
+        "bound": last.bound,
+        "steps": last.index,
+        "result": last.result.name.lower(),
+        "peak_MB": peak_megabytes(),
+    }
+
+
+def peak_megabytes() -> float:
+    """Largest resident memory of the process so far; NaN where the system does not tell."""
+    try:
+        import resource
+    except ImportError:
+        return float("nan")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def _first_row(case: str, flow: MixedFlow, discretisation: float) -> Row:
+    began = time.perf_counter()
+    (step,) = adapt(flow, vorticity(flow), Strategy(max_steps=0))
+    return {
+        "case": f"{case}, step 0",
+        "seconds": time.perf_counter() - began,
+        "error": step.thesis_eps / PRINTED_1000 - 1.0,
+        "error_kind": "thesis_eps to the printed 1.73",
+        "reference": "[T 7.4.3]",
+        "thesis_eps": step.thesis_eps,
+        "unknowns": flow.space.n,
+        "discretisation": discretisation,
+    }
+
+
+def _first_steps(sizes: tuple[int, ...]) -> list[Row]:
+    return [
+        _first_row(f"Re = 1000, h = 1/{n}", build.flow_on(channel_cavity(n), 1000.0), np.nan)
+        for n in sizes
+    ]
+
+
+def _first_step_adapted() -> Row:
+    scene = loader.read("cavity-re1000")
+    *_, level = build.levels(scene)
+    n = level.flow.space.n_elements
+    return _first_row(f"Re = 1000, {n} adapted triangles", level.flow, level.error / level.value)
+
+
+def _loop_rows(case: str, reynolds: float, cells: int, strategy: Strategy) -> list[Row]:
+    began = time.perf_counter()
+    steps = steps_of(build.flow_on(channel_cavity(cells), reynolds), strategy)
+    name = f"{case}, h = 1/{cells}, {strategy.indicator}"
+    rows = [_step_row(name, step) for step in steps]
+    return [*rows, _total(name, steps[-1], time.perf_counter() - began)]
+
+
+def _linearised(cells: int) -> Row:
+    """Frozen convection, linear goal: the estimate is exact."""
+    flow = build.flow_on(channel_cavity(cells), 10.0)
+    began = time.perf_counter()
+    steps = steps_of(flow.frozen(robust(flow, flow.everywhere).x), Strategy(tolerance=1e-4))
+    return {
+        "case": f"linearised, h = 1/{cells}",
+        "seconds": time.perf_counter() - began,
+        "error": max(abs(step.effectivity - 1.0) for step in steps),
+        "error_kind": "largest |effectivity - 1|",
+        "reference": "exact: 1",
+        "steps": len(steps),
+    }
+
+
+def _independence(reynolds: float, cells: int) -> Row:
+    """What is needed for a tolerance, and the first estimate, on several meshes [T fig. 7.11]."""
+    began = time.perf_counter()
+    steps = steps_of(
+        build.flow_on(channel_cavity(cells), reynolds),
+        Strategy(indicator="counting", tolerance=1e-7),
+    )
+    good = [s for s in steps if s.solution.ok]
+    return {
+        "case": f"Re = {reynolds:g}, h = 1/{cells}, mesh independence",
+        "seconds": time.perf_counter() - began,
+        "error": good[0].error_rel_j0,
+        "reference": "full model, same mesh; of step 0",
+        "estimate": good[0].estimate,
+        **{f"elements for {t:g}": _needed(good, t) for t in (1e-2, 1e-4, 1e-6)},
+        "steps": len(steps),
+        "_curve": [
+            (s.element_fraction, s.volume_fraction, s.estimate, s.effectivity) for s in good
+        ],
+    }
+
+
+def _needed(steps: list[Step], tolerance: float) -> float:
+    """Smallest fraction of elements from which the bound stays below a tolerance."""
+    above = [s.element_fraction for s in steps if s.bound > tolerance]
+    below = [s.element_fraction for s in steps if s.element_fraction > max(above, default=-1.0)]
+    return min(below, default=np.nan)
+
+
+def _partitioned() -> list[Row]:
+    """Partitioned against monolithic, Re = 10, h = 1/10."""
+    mesh = channel_cavity(10)
+    y = mesh.p[1, mesh.t].mean(axis=0)
+    rows = []
+    for part, flagged in (("cavity", y > 0.0), ("lower half of it", y > -0.5)):
+        for stress in (True, False):
+            parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET, stress=stress)
+            whole = monolithic(parts)
+            n = 2 * parts.inner.space.n_velocity
+            for scheme in Scheme:
+                for name, relaxation in relaxations().items():
+                    began = time.perf_counter()
+                    found = partitioned(parts, relaxation, scheme=scheme, tolerance=1e-13)
+                    rows.append(
+                        {
+                            "case": f"S = {part}, {scheme.name.lower()}, {name}",
+                            "seconds": time.perf_counter() - began,
+                            "error": float(np.abs(found.inner - whole.inner)[:n].max()),
+                            "error_kind": "largest velocity difference",
+                            "reference": "monolithic, pressure double-valued",
+                            "stress": "full" if stress else "laplacian",
+                            "passes": found.iterations,
+                            "converged": found.converged,
+                        }
+                    )
+    return rows
+
+
+def relaxations() -> Mapping[str, Relaxation]:
+    """The schemes of the coupling package that partitions are run with."""
+    return {"no relaxation": GaussSeidel(), "aitken": Aitken()}
+
+
+FIXED: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "upstream channel": lambda x, y: x > 0.8,
+    "cavity": lambda x, y: y > 0.0,
+}
+
+
+def _boundary_row(name: str, cells: int) -> Row:
+    """Boundary elements for the Stokes part against finite elements; both against h / 2."""
+    mesh, fine = channel_cavity(cells), channel_cavity(2 * cells)
+    flagged = FIXED[name](*mesh.p[:, mesh.t].mean(axis=1))
+    began = time.perf_counter()
+    flow = build.boundary_flow_on(mesh, flagged, 10.0)
+    x, _ = flow.solve()
+    seconds = time.perf_counter() - began
+    options = {"reynolds": 10.0, "outlet": OUTLET}
+    parts = cut(mesh, flagged, DIRICHLET, **options)
+    began = time.perf_counter()
+    coarse = monolithic(parts)
+    peer = time.perf_counter() - began
+    finer = cut(fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, **options)
+    better = monolithic(finer)
+    at = parts.inner_trace
+    size = np.linalg.norm(coarse.inner[at])
+    points = parts.inner.space.points[:, at]
+    half = at.size // 2
+    probe = finer.inner.space.velocity.probes(points[:, :half])
+    values = np.concatenate([probe @ c for c in finer.inner.space.split(better.inner)[:2]])
+    energy = [
+        goals.kinetic_energy(f.space).value(v)
+        for f, v in ((flow.inner, x), (parts.inner, coarse.inner), (finer.inner, better.inner))
+    ]
+    return {
+        "case": f"S = {name}, h = 1/{cells}, boundary elements",
+        "seconds": seconds,
+        "error": float(np.linalg.norm(x[at] - coarse.inner[at]) / size),
+        "error_kind": "interface velocity",
+        "reference": "finite elements, same mesh",
+        "finite elements to h/2": float(np.linalg.norm(coarse.inner[at] - values) / size),
+        "boundary elements to h/2": float(np.linalg.norm(x[at] - values) / size),
+        "goal": energy[0] / energy[1] - 1.0,
+        "goal, finite elements to h/2": energy[1] / energy[2] - 1.0,
+        "ratio": seconds / peer,
+        "peer": "finite elements, monolithic",
+    }
+
+
+def _boundary_loops(cells: int) -> list[Row]:
+    """The loop with a mesh-free Stokes part: full, enriched and mixed adjoints."""
+    mesh = channel_cavity(cells)
+    whole = build.flow_on(mesh, 10.0, stress=True)
+    reference, _ = full_model(whole, vorticity(whole))
+    rows = []
+    for adjoint in ("full", "enriched", "mixed"):
+        began = time.perf_counter()
+        steps = adapt_boundary(
+            whole,
+            lambda flagged: build.boundary_flow_on(mesh, flagged, 10.0),
+            lambda space: goals.vorticity(space, goals.region(space, CORNER)),
+            goals.region(whole.space, CORNER),
+            Strategy(adjoint=adjoint, layers=2, tolerance=1e-4, max_steps=8),
+            outlet=OUTLET,
+            reference=reference,
+        )
+        for k, step in enumerate(steps):
+            stokes = robust(whole, step.flagged)
+            value = vorticity(whole).value(stokes.x)
+            rows.append(
+                {
+                    "case": f"boundary elements, {adjoint} adjoint, h = 1/{cells}, step {k}",
+                    "seconds": time.perf_counter() - began,
+                    "error": step.error,
+                    "reference": "full model, finite elements, same mesh",
+                    "estimate": step.estimate,
+                    "bound": step.bound,
+                    "model error": (reference - value) / value,
+                    "effectivity": step.estimate * step.goal / (reference - value),
+                    "elements": step.element_fraction,
+                }
+            )
+            began = time.perf_counter()
+    return rows
+
+
+def _costs(cells: int) -> list[Row]:
+    """Error in the goal against seconds and fraction: models, indicators, adjoints, markings."""
+    rows = []
+    for reynolds in (10.0, 1000.0):
+        flow = build.flow_on(channel_cavity(cells), reynolds)
+        goal = vorticity(flow)
+        case = f"Re = {reynolds:g}, h = 1/{cells}"
+        began = time.perf_counter()
+        reference, _ = full_model(flow, goal)
+        full = time.perf_counter() - began
+        rows.append(_cost(f"{case}, Navier-Stokes everywhere", full, 0.0, 1.0, 1, full))
+        began = time.perf_counter()
+        value = goal.value(robust(flow, flow.nowhere).x)
+        seconds = time.perf_counter() - began
+        error = (reference - value) / value
+        rows.append(_cost(f"{case}, Stokes everywhere", seconds, error, 0.0, 1, full))
+        for name, strategy in strategies().items():
+            began = time.perf_counter()
+            steps = list(adapt(flow, goal, strategy, reference=reference))
+            seconds, last = time.perf_counter() - began, steps[-1]
+            row = _cost(
+                f"{case}, {name}",
+                seconds,
+                last.error_rel_j0,
+                last.element_fraction,
+                len(steps),
+                full,
+            )
+            rows.append(row)
+    return rows
+
+
+def strategies(tolerance: float = 1e-3) -> Mapping[str, Strategy]:
+    """Indicators, adjoints and markings side by side, all to one bound."""
+    plain = Strategy(tolerance=tolerance, max_steps=40)
+    return {
+        **{kind: replace(plain, indicator=kind) for kind in ("integral", "counting", "exact")},
+        "integral, enriched adjoint": replace(plain, adjoint="enriched", layers=2),
+        "integral, mixed adjoint": replace(plain, adjoint="mixed"),
+        "integral, doerfler 0.9": replace(plain, marking="doerfler", parameter=0.9),
+        "integral, fixed fraction 0.2": replace(plain, marking="fraction", parameter=0.2),
+    }
+
+
+def _cost(
+    case: str, seconds: float, error: float, fraction: float, solves: int, full: float
+) -> Row:
+    return {
+        "case": case,
+        "seconds": seconds,
+        "error": error,
+        "tolerance": 1e-3,
+        "reference": "full model, same mesh",
+        "elements": fraction,
+        "solves": solves,
+        "ratio": seconds / full,
+        "peer": "Navier-Stokes everywhere",
+    }
+
+
+def draw(rows: list[Row], path: Path) -> None:
+    """Errors, mesh independence and effectivity as [T figs. 7.10-7.12]."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(15, 9), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(2, 2)
+    colours = {"10": "tab:blue", "100": "tab:orange", "1000": "tab:red"}
+    for row in (r for r in rows if "_curve" in r):
+        curve = np.array(row["_curve"])
+        reynolds, cells = row["case"].split(",")[0].split()[-1], row["case"].split("1/")[1]
+        label = f"Re = {reynolds}, h = 1/{cells.split(',')[0]}"
+        style = {"10": ":", "20": "--", "40": "-"}[cells.split(",")[0]]
+        options = {"color": colours[reynolds], "linestyle": style, "label": label}
+        size = np.maximum(np.abs(curve[:, 2]), 1e-16)
+        axes[0, 0].semilogy(curve[:, 0], size, marker=".", **options)
+        axes[0, 1].semilogy(curve[:, 1], size, marker=".", **options)
+        axes[1, 0].semilogx(size, curve[:, 3], marker=".", **options)
+    axes[0, 0].set(
+        xlabel="fraction of elements", ylabel="|estimate|", title="estimate, by elements"
+    )
+    axes[0, 1].set(xlabel="fraction of the volume", title="estimate, by volume")
+    axes[1, 0].set(xlabel="|estimate|", title="effectivity", ylim=(-1.0, 3.0))
+    axes[1, 0].invert_xaxis()
+    axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
+    axes[0, 0].legend(fontsize=8)
+    for row in (r for r in rows if "peer" in r and "tolerance" in r and abs(r["error"]) > 0.0):
+        axes[1, 1].loglog(row["ratio"], abs(row["error"]), "o")
+        axes[1, 1].annotate(row["case"], (row["ratio"], abs(row["error"])), fontsize=6)
+    axes[1, 1].set(
+        xlabel="seconds over Navier-Stokes everywhere", ylabel="|error|", title="error against cost"
+    )
+    for ax in axes.ravel():
+        ax.grid(alpha=0.3)
+    figure.savefig(path)

@@ -1,0 +1,187 @@
+"""Folded bags with an inflow patch: the flat and the folded bag fitted to one pillow basis.
+
+The patch is a square of whole elements on the lower sheet of an end panel. The membrane is the
+rest; functions across the rim are cut in two. Both configurations share their coefficients'
+numbering, so that a shell may take its metric from one and its curvature from the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from shells.pillow import Pillow
+from shells.support import extraction
+
+from .bag import Bag
+from .crumple import crumple
+from .folding import Folding, Map
+from .pillow import fit, flattened, rectangle
+
+FLATTEN = 4.0  # evenness of the sheets: thickness at half the way to the rim 0.95 of the middle
+
+
+@dataclass(frozen=True)
+class FoldedBag(Bag):
+    """A bag that knows how it was folded.
+
+    Attributes
+    ----------
+    folding : Folding
+    flat : (n_full, 3) array
+        The unfolded bag.
+    """
+
+    folding: Folding
+    flat: np.ndarray
+
+    @cached_property
+    def panel_cells(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Membrane elements of the upper and the lower sheet of each panel."""
+        middle = np.array([0.5])
+        sheet = self.flat[: self.n_membrane]
+        x, z = (self.membrane.sample(middle, middle) @ sheet)[:, [0, 2]].T
+        return [
+            (np.flatnonzero((x >= a) & (x <= b) & (z > 0)),
+             np.flatnonzero((x >= a) & (x <= b) & (z < 0)))
+            for a, b in self.folding.panels
+        ]  # fmt: skip
+
+    def _rotation(self, c: np.ndarray) -> np.ndarray:
+        """Rotation that takes the flat membrane nearest to coefficients ``c`` (Kabsch)."""
+        flat = self.flat[: self.n_membrane]
+        moved = (flat - flat.mean(axis=0)).T @ (c - c.mean(axis=0))
+        u, _, vt = np.linalg.svd(moved)
+        sign = np.sign(np.linalg.det(u @ vt))
+        return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
+
+    @cached_property
+    def _tangents(self) -> tuple[csr_matrix, csr_matrix]:
+        middle = np.array([0.5])
+        return tuple(self.membrane.sample(middle, middle, k) for k in (0, 1))
+
+    def panel_angles(self, coefficients: np.ndarray, *, aligned: bool = True) -> np.ndarray:
+        """Angle in degrees of each panel's normal with that of the flat bag.
+
+        A panel's normal is the mean of both its sheets, by area. The flat bag lies in the
+        rigid position nearest to the configuration, because an open bag may tilt about its
+        patch; ``aligned=False`` leaves it where it was cut, normal to z.
+        """
+        c = coefficients[: self.n_membrane]
+        s, t = (tangent @ c for tangent in self._tangents)
+        normal = np.cross(s, t)
+        means = np.array(
+            [normal[upper].sum(axis=0) - normal[lower].sum(axis=0)
+             for upper, lower in self.panel_cells]
+        )  # fmt: skip
+        up = self._rotation(c)[:, 2] if aligned else np.array([0.0, 0.0, 1.0])
+        cosine = means @ up / np.linalg.norm(means, axis=1)
+        return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def inlet_elements(surface: Pillow, x: float, size: int) -> np.ndarray:
+    """A square of elements on the lower sheet, its middle near ``(x, 0)`` of the flat bag."""
+    t = np.arccos(1.0 - 2.0 * x) / np.pi * surface.n_t
+    s0 = round(0.75 * surface.n_s - 0.5 * size)
+    t0 = int(np.clip(round(t - 0.5 * size), 1, surface.n_t - 1 - size))
+    es, et = np.meshgrid(s0 + np.arange(size), t0 + np.arange(size), indexing="ij")
+    return (es * surface.n_t + et).ravel()
+
+
+def folded_bag(
+    surface: Pillow,
+    folding: Folding,
+    *,
+    plan: str = "rectangle",
+    width: float = 1.0,
+    inlet: int = 2,
+    crumpled: float = 0.0,
+    seed: int = 0,
+) -> FoldedBag:
+    """Fit a flat bag and its folded state, and cut out the inflow patch.
+
+    Parameters
+    ----------
+    surface : Pillow
+    folding : Folding
+    plan : {"rectangle", "round"}
+        Outline of the flat bag, of unit length.
+    width : float
+        Of a rectangle.
+    inlet : int
+        Elements along a side of the inflow patch.
+    crumpled : float
+        Amplitude of a random collision-free displacement after folding; 0 for none.
+    seed : int
+        Of the random displacement.
+    """
+    base = outline(folding.gap, plan, width)
+    flat_all, _ = fit(surface, *base)
+    folded_all, error = fit(surface, *base, *folding.maps)
+    cut = inlet_elements(surface, folding.inlet, inlet)
+    rest = np.setdiff1d(np.arange(surface.n_s * surface.n_t), cut)
+    membrane, patch = surface.restrict(rest), surface.restrict(cut)
+    if crumpled > 0.0:
+        folded_all = crumple(surface, folded_all, cut, amplitude=crumpled, seed=seed)
+    parts = [np.concatenate([c[membrane.kept], c[patch.kept]]) for c in (folded_all, flat_all)]
+    fine = Pillow(2 * surface.n_s, 2 * surface.n_t)
+    exact = np.nan if crumpled else enclosed(fine, fit(fine, *base, *folding.maps)[0])
+    return FoldedBag(
+        membrane=membrane,
+        patch=patch,
+        coefficients=parts[0],
+        support=lambda kind: extraction(membrane.held(kind), None, patch.n_coefficients),
+        profile=bubble(patch, parts[0][membrane.n_coefficients :], inlet),
+        gap=min(folding.gap, folding.between),
+        extent=0.5 * folding.panel,
+        exact_volume=exact,
+        fit_error=error,
+        folding=folding,
+        flat=parts[1],
+    )
+
+
+def outline(gap: float, plan: str, width: float) -> tuple[Map, ...]:
+    """Maps from the unit sphere to the flat bag of unit length."""
+    if plan == "round":
+        return flattened(0.5 * gap, FLATTEN), rectangle(1.0, 1.0, corners=0.0)
+    return flattened(0.5 * gap, FLATTEN), rectangle(1.0, width)
+
+
+def enclosed(surface: Pillow, coefficients: np.ndarray) -> float:
+    """Volume inside a closed surface [T 2.27]."""
+    x, w = np.polynomial.legendre.leggauss(4)
+    x, w = 0.5 * (x + 1.0), 0.5 * w
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    point, s, t = (surface.sample(xi, eta, k) @ coefficients for k in (None, 0, 1))
+    cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
+    return float(cone @ np.tile(np.outer(w, w).ravel(), surface.n_elements))
+
+
+def bubble(patch: Pillow, coefficients: np.ndarray, size: int) -> Callable:
+    """Inflow profile ``16 a (1 - a) b (1 - b)`` in patch coordinates a, b, of points in space.
+
+    A quartic in coordinates of the patch's plane, fitted to the profile on the patch; points of
+    the patch only may be asked for, and what the fit leaves below zero at the rim is cut off.
+    """
+    x = np.linspace(0.0, 1.0, 9)
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    points = patch.sample(xi, eta) @ coefficients
+    es, et = np.divmod(patch.selected, patch.n_t)
+    a = (((es - es.min())[:, None] + xi) / size).ravel()
+    b = (((et - et.min())[:, None] + eta) / size).ravel()
+    centre = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
+    scale = np.abs((points - centre) @ axes[:2].T).max(axis=0)
+
+    def monomials(at: np.ndarray) -> np.ndarray:
+        u, v = ((at - centre) @ axes[:2].T / scale).T
+        return np.stack([u**i * v**j for i in range(5) for j in range(5)], axis=1)
+
+    values = 16.0 * a * (1.0 - a) * b * (1.0 - b)
+    weights = np.linalg.lstsq(monomials(points), values, rcond=None)[0]
+    return lambda at: np.maximum(monomials(at) @ weights, 0.0)

@@ -1,0 +1,154 @@
+"""What a folded bag is like before it is run: stretches, resolution, gaps, what its patch faces.
+
+Measured on the fitted surface, not on the exact one: a mesh too coarse for its folds shows here.
+Needs neither scikit-fem nor numba; crossings need the optional extra ``contact``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.certify import available
+
+from .crumple import certificate
+from .folded import FoldedBag
+
+ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
+QUANTILES = (0.0, 0.01, 0.99, 1.0)
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Figures of a folded bag.
+
+    Attributes
+    ----------
+    stretches : (4,) array
+        Principal stretches against the flat bag: smallest, 1 % and 99 % quantile by area, largest.
+    per_radius : float
+        Elements per fold radius along the folds' direction, at the coarsest place of a fold.
+    curvature : float
+        Largest ``|gap kappa / 2|``, 1 where a sheet turns inside out.
+    faced : float
+        Distance from the inflow patch outward to the nearest sheet; infinite if there is none.
+    crosses : bool or None
+        Whether the bag crosses itself; None without the extra ``contact``.
+    """
+
+    stretches: np.ndarray
+    per_radius: float
+    curvature: float
+    faced: float
+    crosses: bool | None
+
+    def warnings(self) -> list[str]:
+        """Rules that are broken, with the remedy."""
+        found = []
+        if self.crosses:
+            found.append(
+                "the folded bag crosses itself: refine the mesh (mesh.around) or lower geometry.gap"
+            )
+        if self.per_radius < 0.75 * ELEMENTS_PER_RADIUS:
+            found.append(
+                f"{self.per_radius:.2g} elements a fold radius: below 1 the fold is a polygon, "
+                f"and strains need 2 (3 % error); raise mesh.around by "
+                f"{2.0 / self.per_radius:.2g}"
+            )
+        if self.faced < np.inf:
+            found.append(
+                f"the inflow patch faces a sheet {self.faced:.3g} away and would suck it in; "
+                "use a fold whose end panel is outermost"
+            )
+        return found
+
+
+def inspect(bag: FoldedBag) -> Inspection:
+    """Measure a folded bag."""
+    return Inspection(
+        stretches(bag),
+        _elements_per_radius(bag),
+        bag.folding.bending,
+        faced(bag),
+        _crosses(bag),
+    )
+
+
+def _tangents(bag: FoldedBag, c: np.ndarray, points: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    x = np.polynomial.legendre.leggauss(points)[0]
+    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    s, t = (bag.membrane.sample(xi, eta, k) @ c[: bag.n_membrane] for k in (0, 1))
+    return s, t
+
+
+def _metric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    st = np.sum(s * t, axis=1)
+    return np.array([[np.sum(s * s, axis=1), st], [st, np.sum(t * t, axis=1)]]).transpose(2, 0, 1)
+
+
+def stretches(bag: FoldedBag) -> np.ndarray:
+    """Quantiles of the principal stretches of the folded against the flat bag, by flat area."""
+    flat, folded = (_metric(*_tangents(bag, c)) for c in (bag.flat, bag.coefficients))
+    squares = np.linalg.eigvals(np.linalg.solve(flat, folded)).real
+    order = np.argsort(squares, axis=None)
+    area = np.repeat(np.sqrt(np.linalg.det(flat)), 2)[order]
+    share = np.cumsum(area) / area.sum()
+    at = np.minimum(np.searchsorted(share, QUANTILES), order.size - 1)
+    return np.sqrt(squares.ravel()[order][at])
+
+
+def _elements_per_radius(bag: FoldedBag) -> float:
+    """Fold radius over the longest element side along x of the flat bag, on folds."""
+    if not np.isfinite(bag.folding.radius):
+        return np.inf
+    middle = np.array([0.5])
+    c = bag.flat[: bag.n_membrane]
+    x = (bag.membrane.sample(middle, middle) @ c)[:, 0]
+    inside = np.zeros(x.size, dtype=bool)
+    for a, b in bag.folding.panels:
+        inside |= (x > a) & (x < b)
+    folds = ~inside if not inside.all() else inside  # a roll is fold everywhere
+    s, t = (np.abs((bag.membrane.sample(middle, middle, k) @ c)[:, 0]) for k in (0, 1))
+    return float(bag.folding.radius / np.maximum(s, t)[folds].max())
+
+
+def faced(bag: FoldedBag) -> float:
+    """Shortest distance from the patch along its outward normal to another sheet."""
+    middle = np.array([0.5])
+    c = bag.coefficients[bag.n_membrane :]
+    origin = bag.patch.sample(middle, middle) @ c
+    normal = np.cross(*(bag.patch.sample(middle, middle, k) @ c for k in (0, 1)))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    corners = np.array([0.0, 1.0])
+    xi, eta = (g.ravel() for g in np.meshgrid(corners, corners, indexing="ij"))
+    quads = bag.membrane.sample(xi, eta) @ bag.coefficients[: bag.n_membrane]
+    quads = quads.reshape(-1, 4, 3)
+    triangles = np.concatenate([quads[:, [0, 2, 3]], quads[:, [0, 3, 1]]])
+    hits = [_first_hit(o, n, triangles) for o, n in zip(origin, normal, strict=True)]
+    return float(min(hits))
+
+
+def _first_hit(origin: np.ndarray, direction: np.ndarray, triangles: np.ndarray) -> float:
+    """Distance along a ray to the nearest triangle (Moeller and Trumbore), infinite if none."""
+    a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    p = np.cross(direction, c)
+    det = np.einsum("ij,ij->i", b, p)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        to = origin - a
+        u = np.einsum("ij,ij->i", to, p) / det
+        q = np.cross(to, b)
+        v = (q @ direction) / det
+        t = np.einsum("ij,ij->i", c, q) / det
+    hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-9)
+    return float(t[hit].min()) if hit.any() else np.inf
+
+
+def _crosses(bag: FoldedBag) -> bool | None:
+    if not available():
+        return None
+    whole = bag.membrane.restrict(np.arange(bag.membrane.n_s * bag.membrane.n_t))
+    c = np.empty((whole.n_coefficients, 3))
+    c[bag.patch.kept] = bag.coefficients[bag.n_membrane :]
+    c[bag.membrane.kept] = bag.coefficients[: bag.n_membrane]
+    return certificate(whole, c, 4).intersects(c)

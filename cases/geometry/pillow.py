@@ -1,0 +1,167 @@
+"""Closed bags on the pillow basis: round and rounded-rectangle bags, flat or folded.
+
+The base body is an ellipsoid, exact and smooth at the corners: with ``a = -cos pi t``,
+``b = cos 2 pi s`` the point ``(a sqrt(1 - b^2/2), b sqrt(1 - a^2/2), sin pi t sin 2 pi s)`` lies
+on the unit sphere. Plan, sheets and folds are maps of space applied to it; the result is fitted
+to the basis in the L2 sense, corners kept smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+from scipy.sparse.linalg import splu
+
+from hbem.patches import BezierPatches
+from shells.pillow import Pillow
+
+from .fold import PlanarCurve, zigzag
+
+Map = Callable[[np.ndarray], np.ndarray]
+FLATTEN = 3.0  # of the sheets: 0 keeps the ellipsoid
+CORNERS = 0.3  # of a rounded rectangle: 0 keeps the disc
+FIT_POINTS = 4  # Gauss points per direction and element
+
+
+def sphere_points(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Points of the unit sphere at pillow parameters: ``(*s.shape, 3)``, ``d_s x d_t`` outward."""
+    a, b = -np.cos(np.pi * t), np.cos(2.0 * np.pi * s)
+    x, y = a * np.sqrt(1.0 - 0.5 * b * b), b * np.sqrt(1.0 - 0.5 * a * a)
+    return np.stack([x, y, np.sin(np.pi * t) * np.sin(2.0 * np.pi * s)], axis=-1)
+
+
+def flattened(height: float, k: float = FLATTEN) -> Map:
+    """Scale z of a unit body to half the thickness ``height``, the more evenly the larger k."""
+
+    def shape(x: np.ndarray) -> np.ndarray:
+        z = x[:, 2] * np.sqrt((1.0 + k * k) / (1.0 + (k * x[:, 2]) ** 2))
+        return np.column_stack([x[:, :2], height * z])
+
+    return shape
+
+
+def rectangle(length: float, width: float, corners: float = CORNERS) -> Map:
+    """Unit disc plan to a rounded rectangle ``length x width``, x from 0 to ``length``."""
+
+    def shape(x: np.ndarray) -> np.ndarray:
+        u = x[:, 0] * (1.0 + corners * x[:, 1] ** 2)
+        v = x[:, 1] * (1.0 + corners * x[:, 0] ** 2)
+        return np.column_stack([0.5 * length * (1.0 + u), 0.5 * width * v, x[:, 2]])
+
+    return shape
+
+
+@dataclass(frozen=True)
+class PillowBag:
+    """A bag on the pillow basis.
+
+    Attributes
+    ----------
+    surface : Pillow
+    coefficients : (n_coefficients, 3) array
+    gap, extent : float
+        Sheet distance H and lateral extent l of the narrowest region.
+    fit_error : float
+        Largest distance of the fit from the exact surface at check points.
+    """
+
+    surface: Pillow
+    coefficients: np.ndarray
+    gap: float
+    extent: float
+    fit_error: float
+
+    def patches(self) -> BezierPatches:
+        """The bag as patches with its configuration, for the boundary integrals alone."""
+        p = self.surface
+        return BezierPatches(
+            p.n_dofs, 2, 2, p.indptr, p.dofs, p.extraction, p.bezier, self.coefficients
+        )
+
+
+def fit(surface: Pillow, *maps: Map) -> tuple[np.ndarray, float]:
+    """Coefficients ``(n, 3)`` of the unit sphere sent through maps, and the largest error."""
+    x, w = np.polynomial.legendre.leggauss(FIT_POINTS)
+    weights = np.tile(np.outer(w, w).ravel(), surface.n_elements)
+    points, target = _samples(surface, 0.5 * (x + 1.0), maps)
+    basis = points @ surface.reduction
+    normal = (basis.T @ diags(weights) @ basis).tocsc()
+    free = splu(normal).solve(basis.T @ (weights[:, None] * target))
+    coefficients = surface.reduction @ free
+    points, target = _samples(surface, np.linspace(0.0, 1.0, 3), maps)
+    return coefficients, float(np.linalg.norm(points @ coefficients - target, axis=1).max())
+
+
+def _samples(
+    surface: Pillow, x: np.ndarray, maps: tuple[Map, ...]
+) -> tuple[csr_matrix, np.ndarray]:
+    """Evaluation matrix at tensor points ``x`` of every element, and the exact surface there."""
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    es, et = np.divmod(surface.selected, surface.n_t)
+    s = ((es[:, None] + xi) / surface.n_s).ravel()
+    t = ((et[:, None] + eta) / surface.n_t).ravel()
+    target = sphere_points(s, t)
+    for shape in maps:
+        target = shape(target)
+    return surface.sample(xi, eta), target
+
+
+def round_bag(n_s: int, *, gap: float, flatten: float = FLATTEN) -> PillowBag:
+    """Disc bag of radius 1 with sheets ``2 * gap`` apart at the middle, ``n_s x n_s / 2`` elements.
+
+    ``gap`` is half the sheet distance over the radius; ``flatten = 0`` gives an ellipsoid.
+    """
+    surface = Pillow(n_s, n_s // 2)
+    coefficients, error = fit(surface, flattened(gap, flatten))
+    return PillowBag(surface, coefficients, 2.0 * gap, 1.0, error)
+
+
+def unit_sphere(n_s: int) -> PillowBag:
+    """The unit sphere on the pillow basis: no gap, for verification."""
+    surface = Pillow(n_s, n_s // 2)
+    coefficients, error = fit(surface)
+    return PillowBag(surface, coefficients, 2.0, 1.0, error)
+
+
+def accordion(
+    n_s: int,
+    folds: int,
+    *,
+    panel: float = 10.0,
+    gap: float = 0.4,
+    width: float | None = None,
+    flatten: float = FLATTEN,
+    size: float = 1.0,
+) -> PillowBag:
+    """Square bag folded ``folds`` times; its unfolded length is ``size``.
+
+    Parameters
+    ----------
+    n_s : int
+        Elements around; half as many across.
+    panel, gap : float
+        Panel length and sheet distance in units of the fold radius.
+    width : float, optional
+        Across the folds; default ``size``.
+
+    Raises
+    ------
+    ValueError
+        Sheets that would turn inside out (``gap / 2 < 1`` is needed) or panels too short.
+    """
+    if not 0.0 < gap < 2.0:
+        raise ValueError(f"gap = {gap:g} fold radii: sheets turn inside out from 2 on")
+    radius = size / ((folds + 1) * panel)
+    curve: PlanarCurve = zigzag(folds, panel * radius, radius)
+    surface = Pillow(n_s, n_s // 2)
+    coefficients, error = fit(
+        surface,
+        flattened(0.5 * gap * radius, flatten),
+        rectangle(size, size if width is None else width),
+        curve.fold,
+    )
+    narrowest = min(gap, 2.0 - gap) * radius
+    return PillowBag(surface, coefficients, narrowest, 0.5 * panel * radius, error)

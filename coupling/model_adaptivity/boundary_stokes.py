@@ -1,0 +1,339 @@
+"""The Stokes part by boundary elements: no mesh in it, its boundary only.
+
+On each Stokes piece ``(1/2 + K) u = Re V t`` with the traction t = sigma n on its boundary; on G
+the finite elements feel ``-t``. V maps the normal to zero: each piece has a pressure level c as
+unknown, and no net flux as its equation. Eliminating t leaves a small dense block on G, solved
+with the finite elements at once by Newton. Operators come as matrices for unit viscosity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import block_array, csc_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+from skfem import Mesh
+
+from .boundary_traces import boundary_loops, edge_unknowns, trace, tractions
+from .factor import Factor
+from .goals import Goal
+from .mixed_flow import MixedFlow, Profile, mixed_flow, prescribed
+from .spaces import FlowSpace, taylor_hood
+from .substructure import check_partition, pieces_of, restricted, whole_tangent
+
+
+class BoundaryOperators(Protocol):
+    """Planar Stokes operators of a closed polygon, counterclockwise, for unit viscosity.
+
+    Tractions are ordered by segment, end, component ``(4 m,)``; velocities by node and component
+    ``(2 m,)``. ``single @ t = double @ u`` for Stokes flows inside, tested with tractions:
+    ``double`` is 1/2 + K.
+    """
+
+    @property
+    def single(self) -> np.ndarray: ...
+
+    @property
+    def double(self) -> np.ndarray: ...
+
+    def evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Matrices ``(2 n, 4 m)``, ``(2 n, 2 m)`` to velocities at points ``(n, 2)`` inside."""
+        ...
+
+
+MakeOperators = Callable[[np.ndarray], BoundaryOperators]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A Stokes piece; u are the ``k`` velocity unknowns of the whole mesh on its boundary.
+
+    Attributes
+    ----------
+    operators : BoundaryOperators
+    unknowns : (k,) int array
+    velocity : (2 m, k) sparse array
+        To velocities of the polygon's nodes.
+    traction : (4 m, k) array
+        To tractions at unit viscosity, less the pressure level.
+    normal : (4 m,) array
+        Traction of a unit tension.
+    flux : (k,) array
+        Vanishes against every flow that keeps the volume.
+    load : (k, 4 m) sparse array
+        Tractions against the test functions.
+    interior : (i,) int array
+        Scalar velocity unknowns of the whole mesh strictly inside.
+    """
+
+    operators: BoundaryOperators
+    unknowns: np.ndarray
+    velocity: csr_array
+    traction: np.ndarray
+    normal: np.ndarray
+    flux: np.ndarray
+    load: csr_array
+    interior: np.ndarray
+
+
+@dataclass(frozen=True)
+class BoundaryFlow:
+    """Navier-Stokes finite elements coupled to Stokes pieces.
+
+    Attributes
+    ----------
+    inner : MixedFlow
+        Navier-Stokes part with natural interface.
+    space : FlowSpace
+        Of the whole mesh; in the Stokes part only a set of points.
+    embed : (n, n_inner) sparse array
+        Velocities of the inner part in the whole field.
+    values : (n,) array
+        Prescribed velocities outside of the inner part.
+    pieces : tuple of Piece
+    """
+
+    inner: MixedFlow
+    space: FlowSpace
+    embed: csr_array
+    values: np.ndarray
+    pieces: tuple[Piece, ...]
+
+    def solve(
+        self, start: np.ndarray | None = None, *, tolerance: float = 1e-12, max_iterations: int = 25
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Inner field ``(n_inner,)`` and pressure levels of the pieces.
+
+        Raises
+        ------
+        ArithmeticError
+            Newton's method did not converge.
+        """
+        inner, free = self.inner, self._free
+        x = inner.values.copy() if start is None else np.where(inner.fixed, inner.values, start)
+        levels, size = np.zeros(len(self.pieces)), np.inf
+        for _ in range(max_iterations):
+            u = self.embed @ x + self.values
+            r = inner.residual(x, inner.everywhere)
+            r = r - self.embed.T @ (self._stiffness @ u + self._level @ levels)
+            r = np.concatenate([r[free], -(self._flux @ u)])
+            before, size = size, float(np.linalg.norm(r))
+            if size <= tolerance and size > 0.25 * before:
+                return x, levels
+            step = self._factor(whole_tangent(inner, x)).solve(r)
+            x[free] += step[: free.size]
+            levels = levels + step[free.size :]
+        raise ArithmeticError(f"finite and boundary elements: Newton stalled, residual {size:.1e}")
+
+    def adjoint(self, goal: Goal, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Adjoint of the mixed model, inner field and levels; needs no mesh in the pieces.
+
+        Stokes flow is its own adjoint, hence the same boundary equations.
+
+        Parameters
+        ----------
+        goal : Goal
+            Of the inner field.
+        x : (n_inner,) array
+        """
+        inner, free = self.inner, self._free
+        right = np.zeros(free.size + len(self.pieces))
+        right[: free.size] = goal.derivative(x)[free]
+        found = self._factor(csr_array(whole_tangent(inner, x).T)).solve(right)
+        z = np.zeros(inner.space.n)
+        z[free] = found[: free.size]
+        return z, found[free.size :]
+
+    def field(self, x: np.ndarray, levels: np.ndarray, *, prescribed: bool = True) -> np.ndarray:
+        """Velocities at all nodes of the whole mesh, in pieces by the representation formula.
+
+        Parameters
+        ----------
+        x, levels : arrays
+            Of `solve` or `adjoint`.
+        prescribed : bool
+            With the prescribed velocities; not for adjoints, which vanish there.
+        """
+        whole = self.embed @ x + (self.values if prescribed else 0.0)
+        n, re = self.space.n_velocity, self.inner.reynolds
+        for piece, level in zip(self.pieces, levels, strict=True):
+            u = whole[piece.unknowns]
+            t = piece.traction @ u + re * level * piece.normal
+            points = self.space.velocity.doflocs[:, piece.interior].T
+            single, double = piece.operators.evaluate(points)
+            inside = single @ t + double @ (piece.velocity @ u)
+            whole[piece.interior], whole[piece.interior + n] = inside.reshape(-1, 2).T
+        return whole
+
+    @cached_property
+    def _free(self) -> np.ndarray:
+        """Free inner unknowns, those on G last: their block is dense."""
+        order = self.inner.pattern.order
+        on_boundary = np.zeros(self.space.n, dtype=bool)
+        on_boundary[np.concatenate([p.unknowns for p in self.pieces])] = True
+        late = (self.embed.T @ on_boundary.astype(float))[order] > 0.0
+        return np.concatenate([order[~late], order[late]])
+
+    @cached_property
+    def _stiffness(self) -> csr_array:
+        """Force of the pieces' tractions for velocities on their boundaries, ``(n, n)``."""
+        n = self.space.n
+        total = csr_array((n, n))
+        for p in self.pieces:
+            block = p.load @ p.traction / self.inner.reynolds
+            i, j = np.meshgrid(p.unknowns, p.unknowns, indexing="ij")
+            total = total + csr_array((block.ravel(), (i.ravel(), j.ravel())), shape=(n, n))
+        return total
+
+    @cached_property
+    def _level(self) -> csr_array:
+        return self._columns([p.load @ p.normal for p in self.pieces])
+
+    @cached_property
+    def _flux(self) -> csr_array:
+        return csr_array(self._columns([p.flux for p in self.pieces]).T)
+
+    def _columns(self, columns: list[np.ndarray]) -> csr_array:
+        rows = np.concatenate([p.unknowns for p in self.pieces])
+        number = np.repeat(np.arange(len(self.pieces)), [p.unknowns.size for p in self.pieces])
+        shape = (self.space.n, len(self.pieces))
+        return csr_array((np.concatenate(columns), (rows, number)), shape=shape)
+
+    def _factor(self, tangent: csr_array) -> Factor:
+        free, embed = self._free, self.embed
+        stiff = (tangent + embed.T @ self._stiffness @ embed)[free][:, free]
+        level = (embed.T @ self._level)[free]
+        flux = (self._flux @ embed)[:, free]
+        return Factor(csc_array(block_array([[stiff, level], [flux, None]])))
+
+
+def boundary_flow(
+    mesh: Mesh,
+    flagged: np.ndarray,
+    dirichlet: Mapping[str, Profile],
+    operators: MakeOperators,
+    *,
+    reynolds: float,
+    outlet: str,
+    segments: int = 2,
+) -> BoundaryFlow:
+    """Couple finite elements on the flagged part to boundary elements on the others.
+
+    Parameters
+    ----------
+    mesh, flagged, dirichlet, reynolds, outlet
+        See `cut`.
+    operators : callable
+        Vertices ``(m, 2)`` of a closed polygon, counterclockwise, to its operators.
+    segments : int
+        Boundary elements on an edge of the mesh.
+
+    Raises
+    ------
+    ValueError
+        See `cut`; and a Stokes piece that encloses Navier-Stokes elements.
+    """
+    check_partition(mesh, flagged, outlet)
+    space = taylor_hood(mesh)
+    part = restricted(mesh, flagged)
+    named = {k: v for k, v in dirichlet.items() if k in part.boundaries}
+    inner = mixed_flow(part, named, reynolds=reynolds, outlet=outlet, stress=True)
+    embed = _embedding(inner.space, space)
+    held = np.zeros(space.n, dtype=bool)
+    held[embed.nonzero()[0]] = True
+    values = np.where(held, 0.0, prescribed(space, dirichlet)[1])
+    labels = pieces_of(mesh, ~flagged)
+    pieces = [
+        _piece(space, labels == k, operators, segments) for k in np.unique(labels[labels >= 0])
+    ]
+    return BoundaryFlow(inner, space, embed, values, tuple(pieces))
+
+
+def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
+    """Flags with every piece joined to the outflow by the shortest chain of elements.
+
+    Boundary elements do not see the pressure level of a piece enclosed by Stokes flow.
+    """
+    flagged = flagged.copy()
+    owners = mesh.f2t[0, mesh.boundaries[outlet]]
+    flagged[owners] = True
+    left, right = mesh.f2t
+    inside = right >= 0
+    n = flagged.size
+    graph = csr_array((np.ones(inside.sum()), (left[inside], right[inside])), shape=(n, n))
+    while True:
+        labels = pieces_of(mesh, flagged)
+        main = flagged & (labels == labels[owners[0]])
+        if (main == flagged).all():
+            return flagged
+        distance, previous, _ = dijkstra(
+            graph, directed=False, indices=np.flatnonzero(main),
+            return_predecessors=True, min_only=True,
+        )  # fmt: skip
+        other = np.flatnonzero(flagged & ~main)
+        element = other[np.argmin(distance[other])]
+        while element >= 0:
+            flagged[element] = True
+            element = previous[element]
+
+
+def _piece(space: FlowSpace, part: np.ndarray, operators: MakeOperators, segments: int) -> Piece:
+    loops = boundary_loops(space.mesh, part)
+    if len(loops) > 1:
+        raise ValueError(
+            f"a Stokes piece around {np.round(space.centres[part].mean(axis=0), 3).tolist()} "
+            "encloses Navier-Stokes elements, whose pressure boundary elements cannot see: "
+            "bridge them"
+        )
+    corner, following = (space.mesh.p[:, v].T for v in (loops[0], np.roll(loops[0], -1)))
+    s = np.arange(segments) / segments
+    polygon = (corner[:, None] + s[:, None] * (following - corner)[:, None]).reshape(-1, 2)
+    dofs = edge_unknowns(space, corner, following)
+    on_loop = np.unique(dofs)
+    unknowns = np.concatenate([on_loop, on_loop + space.n_velocity])
+    velocity = csr_array(trace(space, dofs, s)[:, unknowns])
+    length = np.linalg.norm(following - corner, axis=1)
+    made = operators(polygon)
+    tangent = (following - corner) / length[:, None]
+    normal = np.repeat(np.stack([tangent[:, 1], -tangent[:, 0]], axis=1), 2 * segments, axis=0)
+    traction, flux = _dirichlet_to_neumann(made, velocity, normal.ravel())
+    return Piece(
+        operators=made,
+        unknowns=unknowns,
+        velocity=velocity,
+        traction=traction,
+        normal=normal.ravel(),
+        flux=flux,
+        load=csr_array(tractions(space, dofs, length, segments)[unknowns]),
+        interior=np.setdiff1d(np.unique(space.velocity.element_dofs[:, part]), on_loop),
+    )
+
+
+def _dirichlet_to_neumann(
+    made: BoundaryOperators, velocity: csr_array, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tractions without net tension, and the defect that only a net flux leaves."""
+    m = normal.size
+    bordered = np.zeros((m + 1, m + 1))
+    bordered[:m, :m] = made.single
+    bordered[:m, m] = bordered[m, :m] = normal
+    right = np.zeros((m + 1, velocity.shape[1]))
+    right[:m] = (velocity.T @ made.double.T).T
+    solution = lu_solve(lu_factor(bordered), right)
+    return solution[:m], solution[m]
+
+
+def _embedding(inner: FlowSpace, whole: FlowSpace) -> csr_array:
+    """Velocities (not pressures) of a submesh's field in the field of the mesh."""
+    distance, index = cKDTree(whole.velocity.doflocs.T).query(inner.velocity.doflocs.T)
+    if distance.max() > 1e-9:
+        raise ValueError("the inner mesh is not a part of the whole one")
+    rows = np.concatenate([index, index + whole.n_velocity])
+    columns = np.arange(2 * inner.n_velocity)
+    return csr_array((np.ones(rows.size), (rows, columns)), shape=(whole.n, inner.n))

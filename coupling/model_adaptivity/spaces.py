@@ -1,0 +1,134 @@
+"""Taylor-Hood spaces on scikit-fem: Q2-Q1 on quadrilaterals, P2-P1 (P3-P2) on triangles.
+
+A field is one vector: first velocity components, second ones, pressures. Both components share
+a scalar scikit-fem basis, so that every table and pattern exists once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from skfem import (
+    Basis,
+    CellBasis,
+    ElementQuad1,
+    ElementQuad2,
+    ElementTriP1,
+    ElementTriP2,
+    ElementTriP3,
+    Mesh,
+    MeshQuad,
+)
+
+# The elements of a pair and the polynomial degree that integrates its convection exactly.
+_PAIRS: Mapping[tuple[bool, int], tuple] = {
+    (True, 2): (ElementQuad2, ElementQuad1, 7),
+    (False, 2): (ElementTriP2, ElementTriP1, 5),
+    (False, 3): (ElementTriP3, ElementTriP2, 8),
+}
+
+
+@dataclass(frozen=True)
+class FlowSpace:
+    """Velocity and pressure on one mesh.
+
+    Attributes
+    ----------
+    velocity, pressure : skfem.CellBasis
+        Scalar bases on the same quadrature points.
+    degree : int
+        Polynomial degree of the velocity.
+    """
+
+    velocity: CellBasis
+    pressure: CellBasis
+    degree: int
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.velocity.mesh
+
+    @property
+    def n_elements(self) -> int:
+        return self.mesh.t.shape[1]
+
+    @property
+    def n_velocity(self) -> int:
+        """Unknowns of one velocity component."""
+        return self.velocity.N
+
+    @property
+    def n(self) -> int:
+        return 2 * self.velocity.N + self.pressure.N
+
+    @cached_property
+    def element_dofs(self) -> np.ndarray:
+        """Unknowns of each element, ``(k, n_elements)``: both components, then pressures."""
+        u, p = self.velocity.element_dofs, self.pressure.element_dofs
+        return np.concatenate([u, u + self.n_velocity, p + 2 * self.n_velocity])
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Place of each unknown, ``(2, n)``."""
+        u, p = self.velocity.doflocs, self.pressure.doflocs
+        return np.concatenate([u, u, p], axis=1)
+
+    @cached_property
+    def centres(self) -> np.ndarray:
+        """Element centres ``(n_elements, 2)``."""
+        return self.mesh.p[:, self.mesh.t].mean(axis=1).T
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Areas of the elements ``(n_elements,)``."""
+        return self.velocity.dx.sum(axis=1)
+
+    def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Views of both velocity components and the pressure."""
+        n = self.n_velocity
+        return x[:n], x[n : 2 * n], x[2 * n :]
+
+    def nodal(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
+        """Values at this space's nodes of a field of another space on the same mesh."""
+        parts = zip(self.split(np.empty(self.n)), other.split(x), "uup", strict=True)
+        bases = {"u": (self.velocity, other.velocity), "p": (self.pressure, other.pressure)}
+        return np.concatenate([_nodal(part, values, *bases[k]) for part, values, k in parts])
+
+    def transfer(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
+        """Values at this space's nodes of a field on another mesh of the same domain."""
+        ux, uy, p = other.split(x)
+        velocity = other.velocity.probes(self.velocity.doflocs)
+        pressure = other.pressure.probes(self.pressure.doflocs)
+        return np.concatenate([velocity @ ux, velocity @ uy, pressure @ p])
+
+
+def _nodal(result: np.ndarray, x: np.ndarray, to: CellBasis, source: CellBasis) -> np.ndarray:
+    nodes = to.elem.doflocs.T
+    phi = np.array([source.elem.lbasis(nodes, i)[0] for i in range(source.Nbfun)])
+    result[to.element_dofs] = np.einsum("ik,ie->ke", phi, x[source.element_dofs])
+    return result
+
+
+def taylor_hood(mesh: Mesh, degree: int = 2) -> FlowSpace:
+    """The stable pair of a mesh.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshQuad or skfem.MeshTri
+    degree : int
+        2, or 3 on triangles (the enriched dual of mesh adaptivity).
+
+    Raises
+    ------
+    ValueError
+        No such pair.
+    """
+    key = (isinstance(mesh, MeshQuad), degree)
+    if key not in _PAIRS:
+        raise ValueError(f"no Taylor-Hood pair of degree {degree} on {type(mesh).__name__}")
+    u, p, order = _PAIRS[key]
+    velocity = Basis(mesh, u(), intorder=order)
+    return FlowSpace(velocity, velocity.with_element(p()), degree)

@@ -1,0 +1,102 @@
+"""Rigid motions: the near-null space of an unstressed shell, and which of them supports leave free.
+
+A motion is free if its coefficients lie in the range of the extraction E; static equilibrium of
+an unstressed shell is then undetermined, and the tangent singular.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import splu
+from skfem import BilinearForm, LinearForm
+
+from .surface_basis import SurfaceBasis
+
+
+def rigid_modes(points: np.ndarray) -> np.ndarray:
+    """Translations and rotations of points ``(n, 3)`` about their centre: ``(3 n, 6)``."""
+    eye, arms = np.eye(3), points - points.mean(axis=0)
+    shifts = np.tile(eye, (points.shape[0], 1))
+    return np.column_stack([shifts, *(np.cross(axis, arms).ravel() for axis in eye)])
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Free rigid motions.
+
+    Attributes
+    ----------
+    motions : (n, 6) array
+        Orthonormal combinations of three translations and three rotations about the centre
+        (arms in units of the structure's length).
+    """
+
+    motions: np.ndarray
+
+    def refuse(self) -> None:
+        """Raise if any motion is free.
+
+        Raises
+        ------
+        ValueError
+            Naming the motions and the remedy.
+        """
+        if self.motions.shape[0] == 0:
+            return
+        raise ValueError(
+            f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
+            "support them (shells.support.pin or another edge), or use shells.minimise, which "
+            "needs no supports"
+        )
+
+    @property
+    def names(self) -> str:
+        """The motions in words, dominant parts first."""
+        words = [
+            f"{kind} {axis}" for kind in ("translation along", "rotation about") for axis in "xyz"
+        ]
+        strong = np.abs(self.motions) > 0.3
+        parts = (" with ".join(w for w, s in zip(words, row, strict=True) if s) for row in strong)
+        return ", ".join(parts)
+
+
+def mechanism(extraction: csr_matrix, basis: SurfaceBasis) -> Mechanism:
+    """Free rigid motions of the reference of a vector basis under an extraction ``E``."""
+    n = basis.surface.n_coefficients
+    points = coefficients_of(basis)
+    length = float(np.ptp(points, axis=0).max())
+    modes = np.zeros((extraction.shape[0], 6))
+    modes[: 3 * n] = rigid_modes(points / length)
+    E = extraction.tocsc()
+    outside = modes - E @ splu((E.T @ E).tocsc()).solve(E.T @ modes)
+    _, values, rows = np.linalg.svd(outside, full_matrices=False)
+    # 1e-7 of a coefficient's motion: a support moves whole coefficients, rounding none
+    free = values < 1e-7 * np.sqrt(n)
+    return Mechanism(_simplest(rows[free]))
+
+
+def _simplest(motions: np.ndarray) -> np.ndarray:
+    """Another basis of the same span with as many pure motions as possible (pivoted)."""
+    if motions.shape[0] < 2:
+        return motions
+    reduced = motions.copy()
+    for i in range(reduced.shape[0]):
+        rest = np.abs(reduced[i:])
+        row, column = np.unravel_index(rest.argmax(), rest.shape)
+        reduced[[i, i + row]] = reduced[[i + row, i]]
+        reduced[i] /= reduced[i, column]
+        others = np.arange(reduced.shape[0]) != i
+        reduced[others] -= np.outer(reduced[others, column], reduced[i])
+    return reduced / np.linalg.norm(reduced, axis=1, keepdims=True)
+
+
+def coefficients_of(basis: SurfaceBasis) -> np.ndarray:
+    """Coefficients ``(n, 3)`` of the reference: its L2 projection (exact for spline references)."""
+    points = round(basis.X.shape[1] ** 0.5)
+    scalar = SurfaceBasis(basis.surface, basis.reference, points, components=1)
+    mass = BilinearForm(lambda u, v, w: u * v).assemble(scalar)
+    load = [LinearForm(lambda v, w, i=i: w.x[i] * v).assemble(scalar) for i in range(3)]
+    return splu(mass.tocsc()).solve(np.stack(load, axis=1))

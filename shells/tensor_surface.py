@@ -1,0 +1,127 @@
+"""What all spline surfaces of one parameter grid share: Bezier patches, density tables, samples.
+
+A surface names its elements, the coefficients that live on each and their Bezier extraction;
+everything `hbem.patches.SurfacePatches` asks for follows.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, identity, kron
+
+from .splines import SplineSpace, bernstein
+
+
+class TensorSurface(ABC):
+    """A surface made of elements ``e_s * t.n_elements + e_t`` of a grid of two spline spaces.
+
+    Attributes
+    ----------
+    s, t : SplineSpace
+        Spaces of both directions, of one degree; outward normal is ``d_s x d_t``.
+    n_coefficients : int
+        Rows of a coefficient array ``(n_coefficients, 3)``.
+    selected : (n_elements,) int array
+        Element numbers of the grid.
+    element_dofs : (n_elements, (p + 1) ** 2) int array
+        Coefficients of each element.
+    reduction : (n_coefficients, k) sparse matrix
+        Scalar extraction: coefficients of a smooth field from its free dofs.
+    """
+
+    s: SplineSpace
+    t: SplineSpace
+    n_coefficients: int
+    selected: np.ndarray
+    element_dofs: np.ndarray
+
+    shape = "quadrilateral"
+
+    @property
+    @abstractmethod
+    def reduction(self) -> csr_matrix: ...
+
+    @property
+    def density_reduction(self) -> csr_matrix:
+        """Scalar extraction of the density basis; that of smooth fields unless overridden."""
+        return self.reduction
+
+    @property
+    def degree(self) -> int:
+        return self.s.degree
+
+    geometry_degree = degree
+    density_degree = degree
+
+    @property
+    def n_elements(self) -> int:
+        return self.selected.size
+
+    @cached_property
+    def tables(self) -> np.ndarray:
+        """Bezier extraction ``(n_elements, (p + 1) ** 2, (p + 1) ** 2)``."""
+        es, et = np.divmod(self.selected, self.t.n_elements)
+        product = np.einsum("eak,ebl->eabkl", self.s.extraction[es], self.t.extraction[et])
+        nb = (self.degree + 1) ** 2
+        return product.reshape(-1, nb, nb)
+
+    @cached_property
+    def bezier(self) -> csr_matrix:
+        """Coefficients to Bezier points, ``(n_elements (p + 1)**2, n_coefficients)``."""
+        nb = (self.degree + 1) ** 2
+        rows = np.arange(self.n_elements * nb).reshape(-1, 1, nb)
+        rows = np.broadcast_to(rows, self.tables.shape)
+        cols = np.broadcast_to(self.element_dofs[:, :, None], self.tables.shape)
+        shape = (self.n_elements * nb, self.n_coefficients)
+        return coo_matrix((self.tables.ravel(), (rows.ravel(), cols.ravel())), shape).tocsr()
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of scalar density functions."""
+        return self.density_reduction.shape[1]
+
+    @cached_property
+    def _density(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        nb = (self.degree + 1) ** 2
+        local = (self.bezier @ self.density_reduction).tocoo()
+        element, k = np.divmod(local.row.astype(np.int64), nb)
+        keys, row = np.unique(element * self.n_dofs + local.col, return_inverse=True)
+        extraction = np.zeros((keys.size, nb))
+        extraction[row, k] = local.data
+        owner, dofs = np.divmod(keys, self.n_dofs)
+        counts = np.bincount(owner, minlength=self.n_elements)
+        return np.concatenate([[0], np.cumsum(counts)]), dofs, extraction
+
+    @property
+    def indptr(self) -> np.ndarray:
+        return self._density[0]
+
+    @property
+    def dofs(self) -> np.ndarray:
+        return self._density[1]
+
+    @property
+    def extraction(self) -> np.ndarray:
+        return self._density[2]
+
+    def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:
+        """Coefficients to points at local ``xi``, ``eta`` of every element.
+
+        Parameters
+        ----------
+        xi, eta : (n,) array
+            Local coordinates in [0, 1].
+        along : {0, 1}, optional
+            Derivative along local s or t instead of the value.
+
+        Returns
+        -------
+        (n_elements * n, n_coefficients) sparse matrix
+        """
+        p = self.degree
+        values = bernstein(p, xi, int(along == 0))[:, None] * bernstein(p, eta, int(along == 1))
+        local = csr_matrix(values.reshape(-1, np.size(xi)).T)
+        return kron(identity(self.n_elements), local, format="csr") @ self.bezier
