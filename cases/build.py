@@ -30,7 +30,7 @@ from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
 from .inflow import prescribed_volume
-from .preflight import contraction, fluid_budget, quadrature
+from .preflight import compression, contraction, fluid_budget, quadrature
 
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
@@ -71,6 +71,7 @@ def fluid(scene: Scene, body: Bag) -> object | None:
         tolerance=f.krylov_tolerance or asked.krylov,
         max_iterations=f.krylov_iterations,
         preconditioner=asked.preconditioner,
+        compression=compression(scene, body, asked),
     )
 
 
@@ -174,9 +175,14 @@ def skipped(scene: Scene) -> list[str]:
     """What this scene does not need and a run therefore leaves out."""
     if scene.fluid.model == "pressure":
         return ["fluid: uniform pressure, no boundary integrals"]
+    left_out = []
     if scene.fluid.viscosity_ratio == 1.0:
-        return ["double layer: equal viscosities need the single layer only"]
-    return []
+        left_out.append("double layer: equal viscosities need the single layer only")
+    body = initial_bag(scene)
+    if compression(scene, body, fluid_budget(scene, body)) is None:
+        unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
+        left_out.append(f"compression: dense or direct serves {unknowns} unknowns best")
+    return left_out
 
 
 def fields(scene: Scene) -> Sampler:

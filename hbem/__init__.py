@@ -13,7 +13,7 @@ _HOME = {
     "QuadratureOrders": "quadrature",
     "SampledSurface": "sampling",
     "sample": "sampling",
-    "Compression": "compressed_layer",
+    "Compression": "compression",
     "SingleLayer": "single_layer",
     "DenseSaddle": "krylov",
     "IterativeSaddle": "krylov",

@@ -46,8 +46,10 @@ class HMatrix(Compressed):
         order = self.blocks.tree.order
         inside = np.ascontiguousarray(x[:, :, order])
         y = np.zeros_like(inside)
-        low = inside.astype(self.far.dtype, copy=False)
-        part = y if self.far.dtype == y.dtype else np.zeros_like(low)
+        # functions meet a Krylov solver: rounded panels, but products in double precision
+        exact = self.basis is not None or self.far.dtype == y.dtype
+        low = inside if exact else inside.astype(self.far.dtype)
+        part = y if exact else np.zeros_like(low)
         self.far.add_product(low, part)
         if part is not y:
             y += part
@@ -93,9 +95,8 @@ class NearBlocks:
         return self.data.nbytes
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
-        low = x.astype(self.data.dtype, copy=False)
         block_kernels.apply_blocks(
-            self.leaf_ptr, self.ptr, self.partners, self.data_ptr, self.data, low, y
+            self.leaf_ptr, self.ptr, self.partners, self.data_ptr, self.data, x, y
         )
 
 
