@@ -19,6 +19,13 @@ _HOME = {
     "IterativeSaddle": "krylov",
     "KrylovResult": "krylov",
     "saddle": "krylov",
+    "StokesFlow": "flow",
+    "SurfaceTraction": "flow",
+    "SurfaceError": "topology",
+    "closed_components": "topology",
+    "Budget": "accuracy",
+    "budget": "accuracy",
+    "two_level_schwarz": "preconditioner",
     "EnclosedStokes": "enclosed_flow",
     "Traction": "enclosed_flow",
 }
