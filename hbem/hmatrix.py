@@ -247,6 +247,14 @@ def forecast(
     return total
 
 
+def forecast_points(points: np.ndarray, tolerance: float) -> float:
+    """Bytes of the H-matrix of a point cloud, before it is built."""
+    tree = cluster_tree(PointKernel(points).scaled.T, leaf=100)
+    dtype = np.float32 if tolerance >= SINGLE else np.float64
+    blocks = block_tree(tree, 2.0)
+    return forecast(blocks, tolerance, dtype, stored=False, symmetric=True, limit=None)
+
+
 def _near(
     kernel: PointKernel,
     basis: csc_matrix | None,
