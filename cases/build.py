@@ -32,7 +32,7 @@ from .geometry import initial_bag
 from .geometry.bag import Bag
 from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
-from .preflight import contraction, fluid_budget, quadrature
+from .preflight import compression, contraction, fluid_budget, quadrature
 
 CERTIFIED_SAMPLES = 4  # points per element side of the mesh that certifies a configuration
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
@@ -79,6 +79,7 @@ def fluid(scene: Scene, body: Bag) -> object | None:
         tolerance=f.krylov_tolerance or asked.krylov,
         max_iterations=f.krylov_iterations,
         preconditioner=asked.preconditioner,
+        compression=compression(scene, body, asked),
     )
 
 
@@ -193,12 +194,23 @@ def skipped(scene: Scene) -> list[str]:
     skips = []
     if scene.fluid.model == "pressure":
         skips.append("fluid: uniform pressure, no boundary integrals")
-    elif scene.fluid.viscosity_ratio == 1.0:
-        skips.append("double layer: equal viscosities need the single layer only")
+    else:
+        skips += _fluid_skipped(scene)
     if scene.coupling.certify == "off":
         skips.append("certificate against self-intersection: coupling.certify is 'off'")
     elif not certify.available():
         skips.append("certificate against self-intersection: needs pip install 'airfold[contact]'")
+    return skips
+
+
+def _fluid_skipped(scene: Scene) -> list[str]:
+    skips = []
+    if scene.fluid.viscosity_ratio == 1.0:
+        skips.append("double layer: equal viscosities need the single layer only")
+    body = initial_bag(scene)
+    if compression(scene, body, fluid_budget(scene, body)) is None:
+        unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
+        skips.append(f"compression: dense or direct serves {unknowns} unknowns best")
     return skips
 
 

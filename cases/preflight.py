@@ -11,6 +11,7 @@ import numpy as np
 
 from coupling.stability import contraction_forecast
 from hbem.accuracy import Budget, budget
+from hbem.compression import STORED_LIMIT, Compression, choose
 from hbem.quadrature import QuadratureOrders
 
 from . import locking
@@ -72,6 +73,23 @@ def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
         radial=radial,
         angular=angular,
         near_ball=f.near_ball,
+    )
+
+
+def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
+    """How the single layer is compressed; None where it is stored or summed directly."""
+    orders = quadrature(scene, asked)
+    elements = body.membrane.n_elements + body.patch.n_elements
+    method = scene.fluid.compression
+    if method == "auto" and scene.fluid.solver == "lu":
+        method = "dense"
+    return choose(
+        method,
+        asked.compression,
+        n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
+        n_outer=elements * orders.outer**2,
+        n_source=elements * orders.source**2,
+        seed=scene.output.seed,
     )
 
 
@@ -146,7 +164,7 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
     items = [
         Item("fluid unknowns", unknowns, "", "traction coefficients"),
         Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),
-        Item("dense operator", memory, "GB", "a factorization and a copy come on top"),
+        _operator(compression(scene, body, asked), f.solver, unknowns),
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
@@ -164,10 +182,10 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
         )
     elif rho > 1.0:
         items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
-    if memory > 4.0:
+    if memory > 4.0 and f.solver == "lu":
         warnings.append(
-            f"the dense operator takes {memory:.1f} GB; coarsen the mesh (mesh.around, "
-            "mesh.flat_max)"
+            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or coarsen the "
+            "mesh (mesh.around, mesh.flat_max)"
         )
     if speed > 3.0:
         warnings.append(
@@ -175,6 +193,17 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
             "moves; lower inflow.final_volume or raise inflow.t2"
         )
     return items, warnings
+
+
+def _operator(how: Compression | None, solver: str, unknowns: int) -> Item:
+    """What holds the single layer."""
+    if how is not None:
+        note = f"matrix tolerance {how.tolerance:.1e}, {unknowns} unknowns"
+        return Item("single layer", f"compressed, {how.method}", "", note)
+    if unknowns > STORED_LIMIT and solver != "lu":
+        return Item("single layer", "direct sums", "", f"{unknowns} unknowns, nothing stored")
+    memory = 8.0 * unknowns**2 / GIGABYTE
+    return Item("dense operator", memory, "GB", "a factorization and a copy come on top")
 
 
 def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:

@@ -195,6 +195,7 @@ def _run(
                 start_volume = read_history(folder / "history.csv")["volume"][:1]
                 recorders.progress.volume = float(start_volume[0]) if start_volume.size else None
             simulation = build.simulation(scene, recorders.in_order())
+            record.compression = getattr(simulation.fluid, "statistics", {})
         with record.phase("run"):
             outcome = simulation.run(snapshot)
         return Finished(outcome, _picture(scene, folder, record))

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from ._panel_kernels import folded
+
 EIGHT_PI = 8.0 * np.pi
 
 
@@ -259,7 +261,9 @@ def up(starts, counts, kept, picks, pick_ptr, T_ptr, T, charges, skeleton_ptr, r
         m = n - k
         pick = picks[pick_ptr[i] : pick_ptr[i] + n]
         matrix = T[T_ptr[i] : T_ptr[i] + 9 * k * m].reshape(3 * k, 3 * m)
-        rest = np.empty(3 * m, T.dtype)
+        rest = np.empty(3 * m, charges.dtype)
+        fold = 3 * m // 8
+        sums = np.empty(fold, charges.dtype)
         for v in range(charges.shape[0]):
             for c in range(3):
                 for j in range(m):
@@ -267,8 +271,10 @@ def up(starts, counts, kept, picks, pick_ptr, T_ptr, T, charges, skeleton_ptr, r
             for c in range(3):
                 for j in range(k):
                     value = charges[v, c, starts[i] + pick[j]]
-                    if m > 0:
-                        value += np.dot(matrix[c * k + j], rest)
+                    row = matrix[c * k + j]
+                    value += folded(row, rest, fold, sums)
+                    for p in range(8 * fold, 3 * m):
+                        value += row[p] * rest[p]
                     result[v, c, skeleton_ptr[i] + j] = value
 
 
@@ -280,7 +286,7 @@ def down(starts, counts, kept, picks, pick_ptr, T_ptr, T, potentials, skeleton_p
         m = n - k
         pick = picks[pick_ptr[i] : pick_ptr[i] + n]
         matrix = T[T_ptr[i] : T_ptr[i] + 9 * k * m].reshape(3 * k, 3 * m)
-        rest = np.empty(3 * m, T.dtype)
+        rest = np.empty(3 * m, potentials.dtype)
         for v in range(potentials.shape[0]):
             rest[:] = 0.0
             for c in range(3):

@@ -164,7 +164,7 @@ def apply_blocks(leaf_ptr, partner_ptr, partners, data_ptr, data, x, y):
     """Add near blocks times ``x (k, 3, n)`` to ``y (k, 3, n)``, both in tree order."""
     for leaf in prange(leaf_ptr.size - 1):
         first, m = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf]
-        total = np.zeros((x.shape[0], 3, m), data.dtype)
+        total = np.zeros((x.shape[0], 3, m))
         for k in range(partner_ptr[leaf], partner_ptr[leaf + 1]):
             s = partners[k]
             begin, n = leaf_ptr[s], leaf_ptr[s + 1] - leaf_ptr[s]

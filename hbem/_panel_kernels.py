@@ -76,7 +76,7 @@ def folded(a, b, h, sums):
     q = h // 4
     for k in range(q):
         sums[k] = (sums[k] + sums[q + k]) + (sums[2 * q + k] + sums[3 * q + k])
-    total = a.dtype.type(0.0)
+    total = b.dtype.type(0.0)
     for k in range(q):
         total += sums[k]
     for k in range(4 * q, h):
@@ -91,7 +91,7 @@ def scatter(panel_ptr, width, leaf_ptr, panels, z_ptr, z, y):
         first, m, w = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf], width[leaf]
         if w > 0:
             panel = panels[panel_ptr[leaf] : panel_ptr[leaf + 1]].reshape(3 * m, w)
-            sums = np.empty(w // FOLD, panels.dtype)
+            sums = np.empty(w // FOLD, z.dtype)
             for v in range(z.shape[0]):
                 line = z[v, z_ptr[leaf] : z_ptr[leaf] + w]
                 for c in range(3):

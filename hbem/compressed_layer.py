@@ -8,56 +8,22 @@ that cancel across gaps (reported: relative to ``|A x|`` they see 10 to 50 times
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
 from .compressed import Compressed
+from .compression import Compression
 from .h2matrix import h2matrix
 from .hmatrix import hmatrix
 from .near_field import NearField
 from .sampling import SampledSurface
-from .single_layer import STORED_LIMIT, SingleLayer, _dense
+from .single_layer import SingleLayer, dense_matrix
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
 
-PAIRS = 1e9  # plain kernels summed in a second by one thread
-
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Compression:
-    """How to compress, in numbers.
-
-    Parameters
-    ----------
-    method : {"aca", "h2"}
-    tolerance : float
-        Of the matrix, for random and constant densities.
-    expected_gap_error : float
-        Error on gap-opposed densities beyond which the operator warns.
-    seed : int
-    memory : float, optional
-        Bytes that the operator may take.
-
-    Raises
-    ------
-    ValueError
-        An unknown method.
-    """
-
-    method: str
-    tolerance: float
-    expected_gap_error: float = np.inf
-    seed: int = 0
-    memory: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise ValueError(f"compression method {self.method!r} is none of {sorted(METHODS)}")
 
 
 class CompressedSingleLayer(SingleLayer):
@@ -78,7 +44,7 @@ class CompressedSingleLayer(SingleLayer):
         self.plain, self.error_gap = plain, error_gap
 
     def dense(self) -> np.ndarray:
-        return _dense(self.surface, self.near)
+        return dense_matrix(self.surface, self.near)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
@@ -176,58 +142,3 @@ def _joined(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix
         vstack([empty[0], basis]).tocsr(),
         vstack([weighted_basis(surface), empty[1]]).tocsr(),
     )
-
-
-def choose(
-    method: str,
-    tolerances: Mapping[str, float],
-    *,
-    n_dofs: int,
-    n_outer: int,
-    n_source: int,
-    products: int = 40,
-    memory: float | None = None,
-    seed: int = 0,
-) -> Compression | None:
-    """The compression of a run; None for dense or direct.
-
-    ``auto`` takes the method with the least build time plus ``products`` applications.
-
-    Parameters
-    ----------
-    method : {"auto", "dense", "aca", "h2"}
-    tolerances : mapping
-        Matrix tolerance of ``"aca"`` and ``"h2"``.
-    n_dofs, n_outer, n_source : int
-        Density functions, outer and source points.
-    products : int
-        Applications on one geometry, preconditioner included.
-    """
-    if method == "auto" and 3 * n_dofs <= STORED_LIMIT:
-        return None
-    if method == "auto":
-        costs = costs_of(tolerances, n_dofs, n_outer, n_source, products)
-        method = min(costs, key=costs.get)
-    if method in ("dense", "direct"):
-        return None
-    return Compression(method, tolerances[method], seed=seed, memory=memory)
-
-
-def costs_of(
-    tolerances: Mapping[str, float], n_dofs: int, n_outer: int, n_source: int, products: int
-) -> dict[str, float]:
-    """Seconds of each method on one thread: build plus products.
-
-    Measured on disc bags of 1000 to 10000 elements: seconds a function (ACA) or a point (H2),
-    growing with the digits of the tolerance.
-    """
-    costs = {"direct": products * n_outer * n_source / PAIRS}
-    digits = {name: -np.log10(tolerance) for name, tolerance in tolerances.items()}
-    points = n_outer if n_outer == n_source else n_outer + n_source
-    d = digits["h2"]
-    build, product = (6e-6, 4.0e-7) if tolerances["h2"] >= 1e-4 else (5e-6, 1.5e-7)
-    costs["h2"] = points * (build * d**1.9 + products * product * d**1.35)
-    if n_outer == n_source:
-        build, product = 3e-4 * digits["aca"] ** 1.4, 2.5e-7 * digits["aca"] ** 1.5
-        costs["aca"] = n_dofs * (build * np.log2(max(n_dofs / 200.0, 2.0)) + products * product)
-    return costs

@@ -12,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator, aslinearoperator, splu
 
+from .compression import Compression
 from .double_layer import DoubleLayer, double_layer
 from .krylov import (
     DENSE_LIMIT,
@@ -34,9 +34,6 @@ from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
 from .stokes import jump_data, needs_double_layer
-
-if TYPE_CHECKING:
-    from .compressed_layer import Compression
 
 Profile = Callable[[np.ndarray], np.ndarray]
 BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
@@ -145,6 +142,21 @@ class EnclosedStokes:
         """The preconditioner in use."""
         return PreconditionerStore(BUILDERS[self.preconditioner])
 
+    @cached_property
+    def statistics(self) -> dict[str, float | int | str]:
+        """Figures of the latest compressed operator, and the worst errors so far."""
+        return {}
+
+    def _note(self, layer: SingleLayer) -> None:
+        if self.compression is None:
+            return
+        worst = {
+            f"worst_{name}": max(value, self.statistics.get(f"worst_{name}", 0.0))
+            for name in ("achieved", "error_gap")
+            if (value := layer.statistics()[name]) == value
+        }
+        self.statistics.update(layer.statistics() | worst)
+
     def reset(self) -> None:
         """Forget what is kept between geometries; runs do so at checkpoints."""
         self.store.drop()
@@ -158,6 +170,7 @@ class EnclosedStokes:
             storage=self.storage,
             compression=self.compression,
         )
+        self._note(layer)
         return EnclosedOperator(self, layer)
 
 

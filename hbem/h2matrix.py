@@ -80,7 +80,8 @@ class H2Matrix(Compressed):
     ):
         super().__init__(kernel, basis, statistics, test)
         self.blocks, self.bases, self.sources = blocks, bases, sources
-        self.dtype_inside = np.dtype(dtype)
+        # functions meet a Krylov solver: rounded bases, but products in double precision
+        self.dtype_inside = np.dtype(dtype if basis is None else np.float64)
         tree = blocks.tree
         leaves = tree.leaves
         place = np.zeros(tree.n_nodes, dtype=np.int64)

@@ -46,8 +46,10 @@ class HMatrix(Compressed):
         order = self.blocks.tree.order
         inside = np.ascontiguousarray(x[:, :, order])
         y = np.zeros_like(inside)
-        low = inside.astype(self.far.dtype, copy=False)
-        part = y if self.far.dtype == y.dtype else np.zeros_like(low)
+        # functions meet a Krylov solver: rounded panels, but products in double precision
+        exact = self.basis is not None or self.far.dtype == y.dtype
+        low = inside if exact else inside.astype(self.far.dtype)
+        part = y if exact else np.zeros_like(low)
         self.far.add_product(low, part)
         if part is not y:
             y += part
@@ -93,9 +95,8 @@ class NearBlocks:
         return self.data.nbytes
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
-        low = x.astype(self.data.dtype, copy=False)
         block_kernels.apply_blocks(
-            self.leaf_ptr, self.ptr, self.partners, self.data_ptr, self.data, low, y
+            self.leaf_ptr, self.ptr, self.partners, self.data_ptr, self.data, x, y
         )
 
 
@@ -244,6 +245,14 @@ def forecast(
             'are allowed: raise the tolerance, or use compression = "h2" or "dense" (direct sums)'
         )
     return total
+
+
+def forecast_points(points: np.ndarray, tolerance: float) -> float:
+    """Bytes of the H-matrix of a point cloud, before it is built."""
+    tree = cluster_tree(PointKernel(points).scaled.T, leaf=100)
+    dtype = np.float32 if tolerance >= SINGLE else np.float64
+    blocks = block_tree(tree, 2.0)
+    return forecast(blocks, tolerance, dtype, stored=False, symmetric=True, limit=None)
 
 
 def _near(

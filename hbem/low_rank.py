@@ -67,12 +67,12 @@ class FarField:
         return self.left.values.dtype
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
-        """``y += A_far x`` for ``x, y (k, 3, n)`` in tree order and the precision of the panels."""
+        """``y += A_far x`` for ``x, y (k, 3, n)`` in tree order, of one precision."""
         a, b = self.left, self.right
         if a.n_values == 0:
             return
-        z = np.empty((x.shape[0], b.n_values), dtype=self.dtype)
-        z_in = np.zeros((x.shape[0], a.n_values), dtype=self.dtype)
+        z = np.empty((x.shape[0], b.n_values), dtype=x.dtype)
+        z_in = np.zeros((x.shape[0], a.n_values), dtype=x.dtype)
         kernels.gather(b.panel_ptr, b.width, b.leaf_ptr, b.values, x, b.z_ptr, z)
         kernels.exchange(
             z, self.sources, self.source_ptr, self.lengths, z_in, self.slot_ptr, self.slots

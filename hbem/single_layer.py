@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
@@ -19,6 +18,7 @@ from scipy.sparse.linalg import LinearOperator
 from . import _far_kernels as kernels
 from .blocks import ExactBlocks, vector_dofs
 from .coarse_image import CoarseSpace, coarse_image
+from .compression import STORED_LIMIT, Compression
 from .near import coincidence
 from .near_field import NearField, near_field, table_values
 from .patches import SurfacePatches
@@ -26,11 +26,7 @@ from .point_sums import single_layer_sums
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, sample
 
-if TYPE_CHECKING:
-    from .compressed_layer import Compression
-
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
-STORED_LIMIT = 6000  # unknowns up to which the matrix is stored
 
 
 class SingleLayer(LinearOperator):
@@ -77,7 +73,7 @@ class StoredSingleLayer(SingleLayer):
 
     def __init__(self, surface: SampledSurface, near: NearField):
         super().__init__(surface, near)
-        self._matrix = _dense(surface, near)
+        self._matrix = dense_matrix(surface, near)
 
     def dense(self) -> np.ndarray:
         return self._matrix
@@ -106,7 +102,7 @@ class DirectSingleLayer(SingleLayer):
     """
 
     def dense(self) -> np.ndarray:
-        return _dense(self.surface, self.near)
+        return dense_matrix(self.surface, self.near)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
@@ -168,7 +164,7 @@ def single_layer(
     return (StoredSingleLayer if stored else DirectSingleLayer)(surface, near)
 
 
-def _dense(surface: SampledSurface, near: NearField) -> np.ndarray:
+def dense_matrix(surface: SampledSurface, near: NearField) -> np.ndarray:
     """Plain part and near field as one matrix."""
     n = surface.patches.n_dofs
     matrix = np.zeros((n, n, 6))

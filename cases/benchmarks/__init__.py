@@ -22,6 +22,9 @@ BENCHMARKS: Mapping[str, Entry] = {
     "adaptivity": Entry(
         "cases.benchmarks.adaptivity", "where Stokes is good enough, against the printed figures"
     ),
+    "compression": Entry(
+        "cases.benchmarks.compression", "ACA and H2 operators against direct sums and FMM3D"
+    ),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),

@@ -37,7 +37,9 @@ def execute(name: str, module: str, quick: bool, file: Path | None = None) -> li
             json.dump(report, stream, indent=2, default=_plain)
             stream.write("\n")
         if draw is not None:
-            draw(rows, file.with_suffix(".png"))
+            picture = file.with_suffix(".png")
+            draw(rows, picture)
+            print(f"picture: {picture}")
     return rows
 
 

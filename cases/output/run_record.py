@@ -52,6 +52,7 @@ class RunRecord(Silent):
         accuracy: Accuracy | None = None,
     ):
         self.path, self._accuracy = path, accuracy
+        self.compression: Mapping[str, Any] = {}
         self._began = time.perf_counter()
         self._phases: Counter[str] = Counter()
         self._causes: Counter[str] = Counter()
@@ -91,6 +92,8 @@ class RunRecord(Silent):
     def write(self) -> None:
         """Replace the file by the present state."""
         self._session["seconds"] = round(time.perf_counter() - self._began, 3)
+        if self.compression:
+            self._record["compression"] = dict(self.compression)
         self._session["phases"] = {name: round(s, 3) for name, s in self._phases.items()}
         with replacing(self.path) as file:
             json.dump(self._record, file, indent=2, default=_plain)
