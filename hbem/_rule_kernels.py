@@ -1,8 +1,6 @@
-"""Compiled pieces of the integration rules: Bernstein tables, closest point, sinh and polar nodes.
+"""Compiled closest point of a patch: Bernstein tables, derivatives, projected Newton.
 
-Sinh nodes ``x = x0 + b sinh(v)`` flatten a near singularity at ``x0``; the polar rule is taken in
-the tangent plane's metric with ``u = asinh(tau / h)`` as angle, so that targets near an edge
-cost nothing. Patches stay in Bernstein form: safe at degree 8.
+Patches stay in Bernstein form: safe at degree 8.
 """
 
 from __future__ import annotations
@@ -86,12 +84,12 @@ def dot(a, b):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def descent(s, t, r, out):
+def descent(s, t, box, r, out):
     """Newton step towards the closest point; Gauss-Newton where the Hessian is not positive."""
     a11, a12, a22 = dot(out[1], out[1]), dot(out[1], out[2]), dot(out[2], out[2])
     g1, g2 = dot(r, out[1]), dot(r, out[2])
-    free1 = not ((s <= 0.0 and g1 > 0.0) or (s >= 1.0 and g1 < 0.0))
-    free2 = not ((t <= 0.0 and g2 > 0.0) or (t >= 1.0 and g2 < 0.0))
+    free1 = not ((s <= box[0] and g1 > 0.0) or (s >= box[1] and g1 < 0.0))
+    free2 = not ((t <= box[2] and g2 > 0.0) or (t >= box[3] and g2 < 0.0))
     floor = 1e-12 * (a11 + a22) + 1e-300
     h11, h22 = a11 + dot(r, out[3]), a22 + dot(r, out[5])
     h12 = a12 + dot(r, out[4])
@@ -109,8 +107,8 @@ def descent(s, t, r, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def closest(control, x, s, t, scratch, out, r):
-    """Closest point of a patch to ``x`` by projected Newton from ``(s, t)``.
+def closest(control, x, box, s, t, scratch, out, r):
+    """Closest point of a box of a patch to ``x`` by projected Newton from ``(s, t)``.
 
     Returns ``s, t`` and the distance; ``out`` holds the jet there. Ends when a step is below a
     twentieth of the distance: the near rule does not see more.
@@ -120,10 +118,11 @@ def closest(control, x, s, t, scratch, out, r):
         r[c] = out[0, c] - x[c]
     square = dot(r, r)
     for _ in range(MAX_STEPS):
-        ds, dt = descent(s, t, r, out)
+        ds, dt = descent(s, t, box, r, out)
         moved = False
         for _ in range(6):
-            s1, t1 = min(1.0, max(0.0, s + ds)), min(1.0, max(0.0, t + dt))
+            s1 = min(box[1], max(box[0], s + ds))
+            t1 = min(box[3], max(box[2], t + dt))
             size = 0.0
             for c in range(3):
                 size += (out[1, c] * (s1 - s) + out[2, c] * (t1 - t)) ** 2
@@ -146,46 +145,3 @@ def closest(control, x, s, t, scratch, out, r):
         if small:
             break
     return s, t, np.sqrt(square)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def sinh_nodes(n, centre, b, nodes, weights, x, w):
-    """n nodes on [0, 1], clustered about ``centre`` at the scale ``b``."""
-    b = max(b, SMALLEST)
-    low = np.arcsinh(-centre / b)
-    length = np.arcsinh((1.0 - centre) / b) - low
-    for k in range(n):
-        e = np.exp(low + length * nodes[n, k])
-        x[k] = min(1.0, max(0.0, centre + 0.5 * b * (e - 1.0 / e)))
-        w[k] = 0.5 * b * (e + 1.0 / e) * length * weights[n, k]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def polar_triangle(s0, t0, corners, metric, rule, nodes, weights, start, s, t, w):
-    """Polar points of the triangle between ``(s0, t0)`` and one edge; returns their end.
-
-    ``metric`` is (E, F, G) at the target, ``rule`` the radial and angular order.
-    """
-    e, f, g = metric
-    area = np.sqrt(max(e * g - f * f, 1e-300))
-    as_, at = corners[0] - s0, corners[1] - t0
-    bs, bt = corners[2] - corners[0], corners[3] - corners[1]
-    length = np.sqrt(e * bs * bs + 2.0 * f * bs * bt + g * bt * bt)
-    along = (e * as_ * bs + f * (as_ * bt + at * bs) + g * at * bt) / length
-    height = abs(as_ * bt - at * bs) * area / length
-    low, high = np.arcsinh(along / height), np.arcsinh((along + length) / height)
-    nr, na = rule
-    p = start
-    for a in range(na):
-        u = low + (high - low) * nodes[na, a]
-        c = np.cosh(u)
-        x = (height * np.sinh(u) - along) / length
-        es, et = as_ + x * bs, at + x * bt
-        scale = height * height * c * (high - low) * weights[na, a] / area
-        for k in range(nr):
-            rho = nodes[nr, k]
-            s[p] = s0 + rho * es
-            t[p] = t0 + rho * et
-            w[p] = scale * rho * weights[nr, k]
-            p += 1
-    return p

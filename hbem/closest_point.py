@@ -19,22 +19,27 @@ from .sampling import SampledSurface
 
 @dataclass(frozen=True)
 class NearPairs:
-    """Near pairs of some points, by point.
+    """Near pairs of some points, by point; one for each piece of a near element.
 
     Attributes
     ----------
     points : (n_points, 3) array
     indptr : (n_points + 1,) int array
-    elements : (n_pairs,) int array
-        Source element of each pair, increasing within a point.
+    elements, pieces : (n_pairs,) int array
+        Source element and piece of each pair, increasing within a point.
     found : (n_pairs, 4) array
-        Closest point s, t and relative distances b1, b2; negative on the point's own element.
+        Closest point s, t and relative distances b1, b2 in the element's coordinates; distances
+        are negative on the piece on which the point lies.
+    first : (n_pairs,) bool array
+        First piece of its element.
     """
 
     points: np.ndarray
     indptr: np.ndarray
     elements: np.ndarray
+    pieces: np.ndarray
     found: np.ndarray
+    first: np.ndarray
 
     @property
     def n_pairs(self) -> int:
@@ -42,13 +47,20 @@ class NearPairs:
 
     def part(self, points: slice) -> NearPairs:
         """The pairs of a range of points."""
-        inside = slice(self.indptr[points.start], self.indptr[points.stop])
-        indptr = self.indptr[points.start : points.stop + 1] - inside.start
-        return NearPairs(self.points[points], indptr, self.elements[inside], self.found[inside])
+        k = slice(self.indptr[points.start], self.indptr[points.stop])
+        indptr = self.indptr[points.start : points.stop + 1] - k.start
+        return NearPairs(
+            self.points[points],
+            indptr,
+            self.elements[k],
+            self.pieces[k],
+            self.found[k],
+            self.first[k],
+        )
 
 
 def outer_pairs(surface: SampledSurface, orders: QuadratureOrders, points: slice) -> NearPairs:
-    """Near pairs of a range of outer points, their own elements included."""
+    """Near pairs of a range of outer points (whole elements), their own elements included."""
     x = np.ascontiguousarray(surface.outer.points[points])
     owners = np.arange(surface.outer.points.shape[0])[points] // surface.outer.per_element
     return near_pairs(surface, x, owners, orders.near_ball)
@@ -59,46 +71,57 @@ def near_pairs(
 ) -> NearPairs:
     """Near pairs of points ``x (n, 3)``.
 
-    ``owners (n,)`` names the element on which a point is an outer Gauss point; -1 for points
-    off the surface.
+    ``owners (n,)`` names the element on which a point is an outer Gauss point, points of an
+    element following each other; -1 for points off the surface.
     """
-    indptr, elements = _candidates(surface, near_ball, x, owners)
-    found = np.empty((elements.size, 4))
-    n = surface.centres.shape[0]
+    pieces = surface.pieces
+    points, elements = _candidates(surface, near_ball, x, owners)
+    counts = np.diff(pieces.indptr)[elements]
+    starts = np.cumsum(counts) - counts
+    which = np.arange(counts.sum()) - np.repeat(starts - pieces.indptr[elements], counts)
+    point_of = np.repeat(points, counts)
+    found = np.empty((which.size, 4))
     kernels.classify(
         x,
         owners,
-        indptr,
-        elements,
+        np.searchsorted(point_of, np.arange(x.shape[0] + 1)),
+        which,
+        pieces.elements,
+        pieces.boxes,
         surface.control,
-        surface.outer.points.reshape(n, -1, 3),
+        surface.starts,
         np.stack([surface.outer.s, surface.outer.t]),
-        surface.radii,
+        np.stack([surface.outer.s, surface.outer.t]),
+        pieces.radii,
         found,
     )
-    near = found[:, 2:].min(axis=1) <= 1.0
-    kept = np.concatenate([[0], np.cumsum(near)])[indptr]
-    return NearPairs(x, kept, elements[near], found[near])
+    near = (found[:, 2:] <= 1.0).any(axis=1)
+    near = np.repeat(np.logical_or.reduceat(near, starts), counts)
+    indptr = np.searchsorted(point_of[near], np.arange(x.shape[0] + 1))
+    first = np.zeros(which.size, bool)
+    first[starts] = True
+    which = which[near]
+    return NearPairs(x, indptr, pieces.elements[which], which, found[near], first[near])
 
 
 def _candidates(
     surface: SampledSurface, near_ball: float, x: np.ndarray, owners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs within ``1 + near_ball`` radii of a centre, as index pointer and elements.
+    """Points and elements with a piece within ``1 + near_ball`` radii of its element, by point.
 
     The tree only preselects; the exact test is the distance, computed as rotations leave it.
     """
-    reach = (1.0 + near_ball) * surface.radii
-    hits = cKDTree(x).query_ball_point(surface.centres, 1.0000001 * reach, return_sorted=False)
+    pieces, n = surface.pieces, surface.patches.n_elements
+    reach = (1.0 + near_ball) * surface.radii[pieces.elements]
+    hits = cKDTree(x).query_ball_point(pieces.centres, 1.0000001 * reach, return_sorted=False)
     counts = np.fromiter((len(h) for h in hits), np.int64, len(hits))
     points = np.concatenate([np.asarray(h, np.int64) for h in hits])
-    elements = np.repeat(np.arange(counts.size), counts)
-    away = x[points] - surface.centres[elements]
-    inside = np.einsum("ij,ij->i", away, away) < reach[elements] ** 2
-    inside |= owners[points] == elements
+    which = np.repeat(np.arange(counts.size), counts)
+    away = x[points] - pieces.centres[which]
+    inside = (away**2).sum(axis=1) < reach[which] ** 2
     own = np.flatnonzero(owners >= 0)
     keys = np.concatenate(
-        [points[inside] * counts.size + elements[inside], own * counts.size + owners[own]]
+        [points[inside] * n + pieces.elements[which[inside]], own * n + owners[own]]
     )
-    points, elements = np.divmod(np.unique(keys), counts.size)
-    return np.searchsorted(points, np.arange(x.shape[0] + 1)), elements
+    keys.sort()
+    return np.divmod(keys[np.diff(keys, prepend=-1) > 0], n)

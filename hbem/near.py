@@ -1,25 +1,29 @@
-"""Near correction of the single layer: accurate minus plain integrals, ``C_near``.
+"""Accurate integrals of near pairs: moments of a layer's kernel against Bernstein polynomials.
 
-Per pair the moments of the six kernel components against Bernstein polynomials: polar rule on
-the point's own element (doubled where an edge is collapsed), tensor sinh rule about the closest
-point elsewhere. Elements that turn by more than about 45 degrees should be split first: they
-would enter `near_pairs` as several sources with one table each.
+Polar rule on the point's own element (doubled where an edge is collapsed); elsewhere a tensor
+rule ``s = s0 + b sinh(v)`` about the closest point, one stretch for the single layer, split at
+``s0`` for the stronger double layer. ``C_near`` is the accurate minus the plain rule.
 """
 
 from __future__ import annotations
 
-from math import comb
+import enum
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
-from . import _near_kernels as kernels
+from . import _tensor_kernels as kernels
 from .closest_point import NearPairs
-from .patches import tensor_bernstein
 from .quadrature import QuadratureOrders, gauss_tables
 from .sampling import SampledSurface
 
 COINCIDENT = 1e-12  # distances below this fraction of the body are the same point
+
+
+class Layer(enum.IntEnum):
+    """Which kernel: ``SINGLE`` [T 3.10a] or ``DOUBLE`` [T 3.10b]."""
+
+    SINGLE = 0
+    DOUBLE = 1
 
 
 def coincidence(surface: SampledSurface) -> float:
@@ -28,78 +32,53 @@ def coincidence(surface: SampledSurface) -> float:
     return float((COINCIDENT * extent) ** 2)
 
 
-def accurate_moments(
-    surface: SampledSurface, pairs: NearPairs, orders: QuadratureOrders
+def near_moments(
+    surface: SampledSurface,
+    pairs: NearPairs,
+    orders: QuadratureOrders,
+    layer: Layer = Layer.SINGLE,
+    *,
+    minus_plain: bool = False,
 ) -> np.ndarray:
-    """Accurate moments of near pairs, ``(n_pairs, (q + 1) ** 2, 6)``."""
-    q = surface.patches.density_degree
+    """Moments of near pairs, ``(n_pairs, (q + 1) ** 2, 6)``.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+    pairs : NearPairs
+    orders : QuadratureOrders
+    layer : Layer
+    minus_plain : bool
+        Subtract the plain rule of each pair, as the far field will add it back.
+    """
+    q, g = surface.patches.density_degree, surface.patches.geometry_degree
     nodes, weights = gauss_tables()
-    cubic = cubic_coefficients(surface.control)
-    moments = np.empty((pairs.n_pairs, (q + 1) ** 2, 6))
+    n = pairs.n_pairs
+    moments = np.empty((n, (q + 1) ** 2, 6))
+    counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
+    plain = pairs.first.astype(np.int64) if minus_plain else np.zeros(n, np.int64)
+    split, rule = layer is Layer.DOUBLE, orders.rule(layer)
+    boxes = surface.pieces.boxes
+    largest = nodes.shape[0] - 1
+    point_of = np.repeat(np.arange(pairs.points.shape[0]), np.diff(pairs.indptr))
+    kernels.choose(
+        pairs.found, boxes, pairs.pieces, pairs.elements, surface.collapsed, plain, rule, split,
+        largest, counts, keys,
+    )  # fmt: skip
+    ordered = np.argsort(keys, kind="stable")
     kernels.near_moments(
-        pairs.points,
-        pairs.indptr,
-        pairs.elements,
-        pairs.found,
-        surface.control,
-        cubic,
-        surface.collapsed,
-        q,
-        (orders.near_offset, orders.near_slope),
-        (orders.radial, orders.angular),
-        nodes,
-        weights,
-        coincidence(surface),
-        moments,
-    )
+        pairs.points, point_of, pairs.elements, pairs.pieces, pairs.found, boxes, counts, plain,
+        ordered, _groups(keys[ordered]), g, surface.shapes, surface.control, surface.collapsed,
+        q, int(layer), split, (orders.radial, orders.angular), orders.source, nodes, weights,
+        coincidence(surface), moments,
+    )  # fmt: skip
     return moments
 
 
-def cubic_coefficients(control: np.ndarray) -> np.ndarray:
-    """Power coefficients ``(n_elements, 3, 4, 4)`` of patches up to degree 3, else empty."""
-    degree = control.shape[1] - 1
-    if degree > 3:
-        return np.empty((0, 3, 4, 4))
-    power = np.zeros((4, degree + 1))
-    for j in range(degree + 1):
-        for k in range(j, degree + 1):
-            power[k, j] = comb(degree, k) * comb(k, j) * (-1) ** (k - j)
-    return np.ascontiguousarray(np.einsum("ki,eijc,lj->eckl", power, control, power))
-
-
-def near_correction(
-    surface: SampledSurface, pairs: NearPairs, orders: QuadratureOrders
-) -> np.ndarray:
-    """Accurate minus plain moments of near pairs, ``(n_pairs, (q + 1) ** 2, 6)``."""
-    moments = accurate_moments(surface, pairs, orders)
-    source, n = surface.source, surface.centres.shape[0]
-    kernels.subtract_plain(
-        pairs.points,
-        pairs.indptr,
-        pairs.elements,
-        source.points.reshape(n, -1, 3),
-        source.weights.reshape(n, -1),
-        tensor_bernstein(surface.patches.density_degree, source.s, source.t),
-        coincidence(surface),
-        moments,
-    )
-    return moments
-
-
-def sparse_correction(
-    surface: SampledSurface, pairs: NearPairs, moments: np.ndarray
-) -> list[csr_matrix]:
-    """C_near: six sparse matrices ``(n_points, n_dofs)``, one per component."""
-    patches = surface.patches
-    nb = moments.shape[1]
-    columns = (pairs.elements[:, None] * nb + np.arange(nb)).ravel()
-    shape = (pairs.indptr.size - 1, patches.n_elements * nb)
-    element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
-    rows = (element[:, None] * nb + np.arange(nb)).ravel()
-    entries = (patches.extraction.ravel(), (rows, np.repeat(patches.dofs, nb)))
-    functions = csr_matrix(entries, shape=(shape[1], patches.n_dofs))
-    parts = []
-    for c in range(6):
-        data = np.ascontiguousarray(moments[:, :, c]).ravel()
-        parts.append(csr_matrix((data, columns, pairs.indptr * nb), shape=shape) @ functions)
-    return parts
+def _groups(keys: np.ndarray) -> np.ndarray:
+    """Beginnings of groups of equal keys, at most `LANES` each, and the end."""
+    starts = np.flatnonzero(np.diff(keys.astype(np.int64), prepend=-1))
+    sizes = np.diff(np.append(starts, keys.size))
+    counts = -(-sizes // kernels.LANES)
+    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(np.repeat(starts, counts) + kernels.LANES * within, keys.size)

@@ -14,7 +14,7 @@ from scipy.sparse import bsr_matrix, csr_matrix
 
 from . import _sparse_kernels as kernels
 from .closest_point import NearPairs, outer_pairs
-from .near import near_correction
+from .near import near_moments
 from .patches import tensor_bernstein
 from .quadrature import QuadratureOrders
 from .sampling import PointSet, SampledSurface
@@ -78,7 +78,9 @@ def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
     """Assemble the near field of the single layer."""
     n = surface.outer.points.shape[0]
     pairs = outer_pairs(surface, orders, slice(0, n))
-    return assemble(surface, pairs, lambda part: near_correction(surface, part, orders))
+    return assemble(
+        surface, pairs, lambda part: near_moments(surface, part, orders, minus_plain=True)
+    )
 
 
 def assemble(surface: SampledSurface, pairs: NearPairs, moments) -> NearField:

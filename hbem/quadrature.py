@@ -29,6 +29,8 @@ class QuadratureOrders:
         a0 and a1 of the sinh rule.
     radial, angular : int
         Polar rule per triangle; doubled on elements with a collapsed edge.
+    double_offset, double_slope : float
+        The same for the double layer, on each side of the closest point.
     near_ball : float
         Points within this many radii of an element's ball are tested for the near rule.
 
@@ -45,6 +47,8 @@ class QuadratureOrders:
     radial: int = 8
     angular: int = 10
     near_ball: float = 1.0
+    double_offset: float = 5.0
+    double_slope: float = 1.9
 
     def __post_init__(self) -> None:
         counts = (self.outer, self.far or 1, 2 * self.radial, 2 * self.angular)
@@ -58,6 +62,12 @@ class QuadratureOrders:
         """Plain source points per direction."""
         return self.far or self.outer
 
+    def rule(self, layer: int) -> tuple[float, float]:
+        """Offset and slope of the sinh rule of the single (0) or double (1) layer."""
+        if layer == 0:
+            return self.near_offset, self.near_slope
+        return self.double_offset, self.double_slope
+
     @classmethod
     def fast(cls) -> QuadratureOrders:
         """2x2 outer points: half the cost, tractions to about 1e-3."""
@@ -66,7 +76,14 @@ class QuadratureOrders:
     @classmethod
     def fine(cls) -> QuadratureOrders:
         """For gaps of a hundredth of their extent: about twice the cost of the default."""
-        return cls(near_offset=10.0, near_slope=3.8, radial=18, angular=20)
+        return cls(
+            near_offset=10.0,
+            near_slope=3.8,
+            radial=18,
+            angular=20,
+            double_offset=8.0,
+            double_slope=2.6,
+        )
 
 
 @cache

@@ -13,7 +13,13 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
-from .patches import SurfacePatches, tensor_bernstein, tensor_bernstein_gradient
+from .patches import (
+    SurfacePatches,
+    centred_powers,
+    tensor_bernstein,
+    tensor_bernstein_gradient,
+)
+from .pieces import Pieces, balls, divide, grid_points
 from .quadrature import QuadratureOrders, gauss_square
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
@@ -57,8 +63,7 @@ class SampledSurface:
         Outer (test) points and plain source points; often the same object.
     centres : (n_elements, 3) array
     radii : (n_elements,) array
-        Balls around the elements. Centres are means of the element's own points, so that they
-        rotate with it: an axis-aligned box would break the symmetry of a scene.
+        Balls around the elements.
     collapsed : (n_elements,) bool array
         Elements with an edge contracted to a point.
     """
@@ -70,6 +75,28 @@ class SampledSurface:
     centres: np.ndarray
     radii: np.ndarray
     collapsed: np.ndarray
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Pieces of elements for the near rules; whole elements unless they turn a lot."""
+        return divide(self.control)
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Points of every piece from which the closest-point search begins, ``(n, n_q, 3)``."""
+        p, outer = self.pieces, self.outer
+        if p.n == self.control.shape[0]:
+            return outer.points.reshape(p.n, -1, 3)
+        nodes = outer.s[:: round(np.sqrt(outer.per_element))]
+        return grid_points(self.control[p.elements], p.boxes, nodes)
+
+    @cached_property
+    def shapes(self) -> np.ndarray:
+        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
+        degree = self.control.shape[1] - 1
+        power = centred_powers(degree)
+        shapes = np.einsum("ki,eijc,lj->eckl", power, self.control, power, optimize=True)
+        return np.ascontiguousarray(shapes.reshape(self.control.shape[0], -1))
 
     @cached_property
     def basis(self) -> csr_matrix:
@@ -111,7 +138,7 @@ def sample(
     control = control_points(patches, coefficients)
     outer = point_set(control, orders.outer)
     source = outer if orders.source == orders.outer else point_set(control, orders.source)
-    centres, radii = _balls(control, outer)
+    centres, radii = balls(control, np.tile([0.0, 1.0, 0.0, 1.0], (control.shape[0], 1)))
     edges = np.stack([control[:, 0], control[:, -1], control[:, :, 0], control[:, :, -1]], axis=1)
     lengths = np.linalg.norm(np.diff(edges, axis=2), axis=-1).sum(axis=-1)
     collapsed = lengths.min(axis=1) < COLLAPSED * radii
@@ -170,12 +197,3 @@ def geometry_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
     data = np.broadcast_to(values, (e.size, q, nb))
     local = coo_matrix((data.ravel(), (rows.ravel(), cols.ravel())), (e.size * q, e.size * nb))
     return (local.tocsr() @ patches.bezier).tocsr()
-
-
-def _balls(control: np.ndarray, outer: PointSet) -> tuple[np.ndarray, np.ndarray]:
-    degree = control.shape[1] - 1
-    flat = control.reshape(control.shape[0], -1, 3)
-    centres = outer.points.reshape(control.shape[0], -1, 3).mean(axis=1)
-    s, t = (g.ravel() for g in np.meshgrid(*[np.linspace(0.0, 1.0, 5)] * 2, indexing="ij"))
-    grid = tensor_bernstein(degree, s, t) @ flat
-    return centres, np.linalg.norm(grid - centres[:, None], axis=-1).max(axis=1)

@@ -5,7 +5,7 @@ import pytest
 
 from cases.geometry.bodies import fitted, torus
 from hbem.closest_point import near_pairs, outer_pairs
-from hbem.near import accurate_moments, near_correction, sparse_correction
+from hbem.near import near_moments
 from hbem.patches import tensor_bernstein, tensor_bernstein_gradient
 from hbem.quadrature import QuadratureOrders, gauss_square
 from hbem.sampling import sample
@@ -60,7 +60,7 @@ def test_sinh_rule(surface, where, gap):
     np.testing.assert_allclose(pairs.found[at, :2], where, atol=1e-4)
     exact = reference(control, x, 2)
     for orders, bound in ((QuadratureOrders(), 5e-6), (QuadratureOrders.fine(), 1e-8)):
-        moments = accurate_moments(surface, pairs, orders)[at]
+        moments = near_moments(surface, pairs, orders)[at]
         assert np.abs(moments - exact).max() < bound * np.abs(exact).max()
 
 
@@ -70,8 +70,8 @@ def test_polar_rule_and_neighbours(surface):
     pairs = outer_pairs(surface, QuadratureOrders(), point)
     assert ELEMENT in pairs.elements
     assert pairs.n_pairs >= 9
-    fine = accurate_moments(surface, pairs, QuadratureOrders.fine())
-    usual = accurate_moments(surface, pairs, QuadratureOrders())
+    fine = near_moments(surface, pairs, QuadratureOrders.fine())
+    usual = near_moments(surface, pairs, QuadratureOrders())
     for k, e in enumerate(pairs.elements):
         exact = reference(surface.control[e], pairs.points[0], 2)
         size = np.abs(exact).max()
@@ -79,22 +79,21 @@ def test_polar_rule_and_neighbours(surface):
         assert np.abs(fine[k] - exact).max() < 1e-7 * size
 
 
-def test_sparse_correction_adds_up(surface):
-    """C_near is the accurate integral minus the plain one."""
+def test_plain_rule_is_subtracted(surface):
+    """Accurate moments minus the corrected ones are the plain rule, coincident points skipped."""
     orders = QuadratureOrders()
     pairs = outer_pairs(surface, orders, slice(0, 18))
-    accurate = sparse_correction(surface, pairs, accurate_moments(surface, pairs, orders))
-    correction = sparse_correction(surface, pairs, near_correction(surface, pairs, orders))
-    x = surface.outer.points[:18]
-    r = x[:, None] - surface.source.points
+    accurate = near_moments(surface, pairs, orders)
+    corrected = near_moments(surface, pairs, orders, minus_plain=True)
+    n = surface.centres.shape[0]
+    source, basis = surface.source, tensor_bernstein(2, surface.source.s, surface.source.t)
+    point_of = np.repeat(np.arange(18), np.diff(pairs.indptr))
+    r = pairs.points[point_of, None] - source.points.reshape(n, -1, 3)[pairs.elements]
     distance = np.linalg.norm(r, axis=-1)
-    near = np.zeros((18, surface.centres.shape[0]))
-    near[np.repeat(np.arange(18), np.diff(pairs.indptr)), pairs.elements] = 1.0
     with np.errstate(divide="ignore"):
         inverse = np.where(distance > 1e-10, 1.0 / distance, 0.0)
-    weights = surface.source.weights * np.repeat(near, 9, axis=1) / (8 * np.pi)
+    weights = source.weights.reshape(n, -1)[pairs.elements] / (8 * np.pi)
     for c, (i, k) in enumerate(PAIRS):
-        kernel = (i == k) * inverse + r[..., i] * r[..., k] * inverse**3
-        plain = (weights * kernel) @ surface.basis
-        difference = accurate[c].toarray() - correction[c].toarray() - plain
+        kernel = weights * ((i == k) * inverse + r[..., i] * r[..., k] * inverse**3)
+        difference = accurate[:, :, c] - corrected[:, :, c] - kernel @ basis
         assert np.abs(difference).max() < 1e-13

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
-from hbem.near import cubic_coefficients
-from hbem.patches import BezierPatches, bernstein, bernstein_derivative, tensor_bernstein
+from hbem.patches import BezierPatches, bernstein, bernstein_derivative, centred_powers
 from hbem.quadrature import QuadratureOrders, gauss_tables
 from hbem.sampling import sample
 
@@ -28,13 +27,11 @@ def test_gauss_tables():
     assert nodes[3] @ (weights[3] * nodes[3] ** 4) == pytest.approx(1 / 6)
 
 
-def test_power_coefficients():
-    control = np.random.default_rng(0).standard_normal((2, 3, 3, 3))
-    power = cubic_coefficients(control)
-    s, t = np.array([0.3]), np.array([0.8])
-    value = tensor_bernstein(2, s, t) @ control.reshape(2, 9, 3)
-    monomials = np.outer(s ** np.arange(4), t ** np.arange(4))
-    np.testing.assert_allclose(np.einsum("eckl,kl->ec", power, monomials), value[:, 0], rtol=1e-13)
+@pytest.mark.parametrize("degree", [2, 3, 8])
+def test_centred_powers(degree):
+    x = np.linspace(0.0, 1.0, 9)
+    monomials = (2.0 * x[:, None] - 1.0) ** np.arange(degree + 1)
+    np.testing.assert_allclose(monomials @ centred_powers(degree), bernstein(degree, x), atol=1e-13)
 
 
 @pytest.mark.parametrize(
