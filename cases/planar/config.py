@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from ..config import Coupling, Output, Time, rule
@@ -106,9 +106,9 @@ class Scene:
     structure: Structure = Structure()
     fluid: Fluid = Fluid()
     inflow: Inflow = Inflow()
-    time: Time = Time(dt=1.0, end=400.0)
-    coupling: Coupling = Coupling()
-    output: Output = Output()
+    time: Time = field(default_factory=lambda: Time(dt=1.0, end=400.0))
+    coupling: Coupling = field(default_factory=Coupling)
+    output: Output = field(default_factory=Output)
 
     @property
     def tolerances(self) -> dict[str, float]:

@@ -12,8 +12,10 @@ _HOME = {
     "crossing": "polygon",
     "smallest_gap": "polygon",
     "stokes_layers": "stokes",
+    "StokesSystem": "stokes",
     "PlanarStokes": "stokes",
     "laplace_layers": "potential",
+    "PotentialSystem": "potential",
     "PlanarPotential": "potential",
     "ContactForce": "contact",
 }

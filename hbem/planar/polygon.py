@@ -48,6 +48,20 @@ def graded(n: int) -> tuple[np.ndarray, np.ndarray]:
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2), w * 30.0 * (x * (1.0 - x)) ** 2
 
 
+def edges(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths ``(n,)`` and outward normals ``(n, 2)`` of a counterclockwise polygon's segments."""
+    edge = np.roll(points, -1, axis=0) - points
+    lengths = np.linalg.norm(edge, axis=1)
+    return lengths, np.stack([edge[:, 1], -edge[:, 0]], axis=1) / lengths[:, None]
+
+
+def tested(lengths: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Discontinuous linear values ``(2 n, ...)`` tested with themselves: the mass matrix."""
+    pairs = values.reshape(lengths.size, 2, -1)
+    block = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+    return np.einsum("e,mk,ekc->emc", lengths, block, pairs).reshape(values.shape)
+
+
 def crossing(points: np.ndarray) -> tuple[int, int] | None:
     """Two segments of a closed polygon ``(n, 2)`` that cross, or None."""
     i, j = kernels.first_crossing(np.ascontiguousarray(points, dtype=float))
@@ -159,9 +173,7 @@ class Configuration:
     normals: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        edges = np.roll(self.points, -1, axis=0) - self.points
-        lengths = np.linalg.norm(edges, axis=1)
-        normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / lengths[:, None]
+        lengths, normals = edges(self.points)
         object.__setattr__(self, "lengths", lengths)
         object.__setattr__(self, "normals", normals)
 
@@ -178,7 +190,7 @@ class Configuration:
 
     @cached_property
     def flux_form(self) -> np.ndarray:
-        """The membrane's discrete flux as a linear form of the velocity, ``(n_coefficients, 2)``."""
+        """The membrane's discrete flux, a linear form of the velocity: ``(n_coefficients, 2)``."""
         n = self.boundary.n_membrane
         half = 0.5 * (self.lengths[:, None] * self.normals)[:n]
         form = np.zeros((self.boundary.n_coefficients, 2))
@@ -214,10 +226,3 @@ class Configuration:
         columns = 2 * np.arange(n)[:, None, None] + np.arange(2) + np.zeros((1, 4, 1), int)
         shape = (b.n_coefficients, 2 * b.n_segments)
         return csr_matrix((data.ravel(), (rows.ravel(), columns.ravel())), shape)
-
-    def mass(self, values: np.ndarray) -> np.ndarray:
-        """Discontinuous linear values ``(2 n, ...)`` tested with themselves."""
-        pairs = values.reshape(self.lengths.size, 2, -1)
-        block = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-        tested = np.einsum("e,mk,ekc->emc", self.lengths, block, pairs)
-        return tested.reshape(values.shape)
