@@ -22,6 +22,9 @@ BENCHMARKS: Mapping[str, Entry] = {
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
+    "planar": Entry(
+        "cases.benchmarks.planar", "planar flows, narrow gaps, all planar scenes, models compared"
+    ),
     "shells": Entry(
         "cases.benchmarks.shells", "roof, locking and large rotations against published figures"
     ),

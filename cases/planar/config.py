@@ -72,8 +72,8 @@ class Fluid:
     mass_ratio: float = rule(0.005, above=0.0)
     viscosity_ratio: float = rule(1.0, least=0.0)
     log_radius: float = rule(100.0, above=0.0)
-    outer_points: int = rule(4, least=2, most=16)
-    near_points: int = rule(14, least=0, most=40)
+    outer_points: int = rule(6, least=2, most=16)
+    near_points: int = rule(16, least=0, most=40)
     contact_force: float = rule(0.0, least=0.0)
     contact_cutoff: float = rule(2.0, above=0.0)
 

@@ -22,11 +22,12 @@ FACING = -0.9  # cosine between facing normals: the walls of a fold tip do not c
 class OuterRule:
     """Points of the outer integrals: Gauss far away, graded at projections when near.
 
-    ``near = 0`` switches the graded rule off.
+    ``near = 0`` switches the graded rule off. Measured on a squeeze film of element/gap 100: load
+    error 1e-4 with (6, 16), 5e-3 with (8, 14), 9e-2 with (4, 14).
     """
 
-    far: int = 4
-    near: int = 14
+    far: int = 6
+    near: int = 16
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
