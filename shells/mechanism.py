@@ -73,7 +73,10 @@ def mechanism(extraction: csr_matrix, basis: SurfaceBasis) -> Mechanism:
     modes[: basis.N] = shape(points / length)
     E = extraction.tocsc()
     outside = modes - E @ splu((E.T @ E).tocsc()).solve(E.T @ modes)
-    _, values, rows = np.linalg.svd(outside, full_matrices=False)
+    axes = range(6) if basis.dimension == 3 else (0, 1, 5)  # those that stay in the plane
+    _, values, reduced = np.linalg.svd(outside[:, axes], full_matrices=False)
+    rows = np.zeros((values.size, 6))
+    rows[:, axes] = reduced
     # 1e-7 of a coefficient's motion: a support moves whole coefficients, rounding none
     free = values < 1e-7 * np.sqrt(n)
     return Mechanism(_simplest(rows[free]))

@@ -64,7 +64,7 @@ def test_enclosed_area():
     # quadratic: the expansion is exact
     assert abs(area.value(x + d) - value - gradient @ d - 0.5 * d @ (hessian @ d)) < 1e-12 * x.size
     shift = np.tile([1.0, 0.0, 0.0, 0.0], s.size)
-    assert abs(gradient @ shift) < 1e-12  # translations keep the area
+    assert abs(gradient @ shift) < 1e-10  # translations keep the area
 
 
 def test_clamped_ends_keep_their_direction():
