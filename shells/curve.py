@@ -66,7 +66,9 @@ class CurveBasis:
         self.nodes = nodes
         self.scalar = Basis(MeshLine(nodes), ElementLineHermite(), intorder=2 * points - 1)
         fields = [function[0] for function in self.scalar.basis]
-        self.values = np.stack([np.broadcast_to(f.value, self.scalar.dx.shape) for f in fields])
+        self.values = np.stack(
+            [np.broadcast_to(np.asarray(f), self.scalar.dx.shape) for f in fields]
+        )
         self.first = np.stack([f.grad[0] for f in fields])
         self.second = np.stack([f.hess[0, 0] for f in fields])
         self.dx = self.scalar.dx
@@ -74,7 +76,8 @@ class CurveBasis:
         self.N = 2 * self.scalar.N
         vector = (2 * self.dofs[:, :, None] + np.arange(2)).reshape(self.dofs.shape[0], -1)
         self.scatter = Scatter(np.ascontiguousarray(vector), self.N)
-        self.reference = self.jets(np.asarray(coefficients, dtype=float))
+        self.coefficients = np.array(coefficients, dtype=float)
+        self.reference = self.jets(self.coefficients)
 
     def jets(self, coefficients: np.ndarray) -> CurveJets:
         """Position and derivatives of ``(2 n_nodes, 2)`` coefficients at the Gauss points."""

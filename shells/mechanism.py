@@ -65,14 +65,18 @@ class Mechanism:
 
 def mechanism(extraction: csr_matrix, basis: SurfaceBasis) -> Mechanism:
     """Free rigid motions of the reference of a vector basis under an extraction ``E``."""
-    n = basis.surface.n_coefficients
-    points = coefficients_of(basis)
+    n = basis.N // basis.dimension
+    points = coefficients_of(basis) if basis.dimension == 3 else basis.coefficients
     length = float(np.ptp(points, axis=0).max())
     modes = np.zeros((extraction.shape[0], 6))
-    modes[: 3 * n] = rigid_modes(points / length)
+    shape = rigid_modes if basis.dimension == 3 else plane_modes
+    modes[: basis.N] = shape(points / length)
     E = extraction.tocsc()
     outside = modes - E @ splu((E.T @ E).tocsc()).solve(E.T @ modes)
-    _, values, rows = np.linalg.svd(outside, full_matrices=False)
+    axes = range(6) if basis.dimension == 3 else (0, 1, 5)  # those that stay in the plane
+    _, values, reduced = np.linalg.svd(outside[:, axes], full_matrices=False)
+    rows = np.zeros((values.size, 6))
+    rows[:, axes] = reduced
     # 1e-7 of a coefficient's motion: a support moves whole coefficients, rounding none
     free = values < 1e-7 * np.sqrt(n)
     return Mechanism(_simplest(rows[free]))
@@ -91,6 +95,17 @@ def _simplest(motions: np.ndarray) -> np.ndarray:
         others = np.arange(reduced.shape[0]) != i
         reduced[others] -= np.outer(reduced[others, column], reduced[i])
     return reduced / np.linalg.norm(reduced, axis=1, keepdims=True)
+
+
+def plane_modes(coefficients: np.ndarray) -> np.ndarray:
+    """The three motions in the plane of Hermite coefficients ``(n, 2)``, others zero: ``(2 n, 6)``.
+
+    Every second coefficient is a derivative: it turns but does not translate.
+    """
+    modes = np.zeros((*coefficients.shape, 6))
+    modes[::2, 0, 0] = modes[::2, 1, 1] = 1.0
+    modes[:, 0, 5], modes[:, 1, 5] = -coefficients[:, 1], coefficients[:, 0]
+    return modes.reshape(-1, 6)
 
 
 def coefficients_of(basis: SurfaceBasis) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Planar membranes with a flat, unstretched reference: what Kirchhoff-Love shells are in 2D.
 
-``W = int k w(|D theta|^2) + eps/2 |D^2 theta|^2``; with q = |D theta|^2 the variations are
+``W = int k w(q) + eps/2 |D^2 theta|^2`` with ``q = |D theta|^2``, so that
 ``W' = (2 k w'(q) D theta, D rho) + eps (D^2 theta, D^2 rho)``. The Kirchhoff-Love law has
-``w = (q - 1)^2 / 8``, the strain ``(q - 1)/2`` squared over two [T 2.21]; `elastic_string` the other.
+``w = (q - 1)^2 / 8``: half the square of the strain ``(q - 1)/2`` [T 2.21].
 Departs from [T 2.21]: the printed W' is that of k = 2, its strain lacks the factor 1/2.
 """
 

@@ -28,8 +28,8 @@ BENCHMARKS: Mapping[str, Entry] = {
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
-    "integrals": Entry(
-        "cases.benchmarks.integrals", "single and double layer: exact flows, near rules, speed"
+    "planar": Entry(
+        "cases.benchmarks.planar", "planar flows, narrow gaps, all planar scenes, models compared"
     ),
     "shells": Entry(
         "cases.benchmarks.shells", "roof, locking and large rotations against published figures"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from ..config import Coupling, Output, Time, rule
@@ -72,8 +72,8 @@ class Fluid:
     mass_ratio: float = rule(0.005, above=0.0)
     viscosity_ratio: float = rule(1.0, least=0.0)
     log_radius: float = rule(100.0, above=0.0)
-    outer_points: int = rule(4, least=2, most=16)
-    near_points: int = rule(14, least=0, most=40)
+    outer_points: int = rule(6, least=2, most=16)
+    near_points: int = rule(16, least=0, most=40)
     contact_force: float = rule(0.0, least=0.0)
     contact_cutoff: float = rule(2.0, above=0.0)
 
@@ -106,9 +106,9 @@ class Scene:
     structure: Structure = Structure()
     fluid: Fluid = Fluid()
     inflow: Inflow = Inflow()
-    time: Time = Time(dt=1.0, end=400.0)
-    coupling: Coupling = Coupling()
-    output: Output = Output()
+    time: Time = field(default_factory=lambda: Time(dt=1.0, end=400.0))
+    coupling: Coupling = field(default_factory=Coupling)
+    output: Output = field(default_factory=Output)
 
     @property
     def tolerances(self) -> dict[str, float]:

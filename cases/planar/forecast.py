@@ -78,7 +78,7 @@ def _warnings(scene: Scene, body: PlanarBag, rho: float) -> list[str]:
     if ratio > (50.0 if f.near_points else 1.0):
         warnings.append(
             f"elements are {ratio:.2g} gaps long: the lubrication load is off by more than 5%; "
-            "lower mesh.straight" + ("" if f.near_points else " or set fluid.near_points = 14")
+            "lower mesh.straight" + ("" if f.near_points else " or set fluid.near_points = 16")
         )
     if f.viscosity_ratio == 0.0:
         warnings.append(

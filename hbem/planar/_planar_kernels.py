@@ -291,7 +291,7 @@ def facing_gap(points, facing):
     t, L = segments(points)
     best = np.inf
     for i in range(n):
-        for j in range(i + 2, n):
+        for j in range(i + 2, n - 1 if i == 0 else n):  # neighbours share a point
             if t[i, 0] * t[j, 0] + t[i, 1] * t[j, 1] < facing:
                 gap = segment_distance(points[i], t[i], L[i], points[j], t[j], L[j])
                 best = min(best, gap)

@@ -2,8 +2,8 @@
 
 ``phi(x) = z int b(r/l) |(x-y).(n(x)-n(y))| (x-y)/r^3 ds(y)``: repulsive, reciprocal, zero between
 neighbours on a straight line, cut off at l. It is no barrier: two parallel walls at distance
-d -> 0 repel each other by ``z int 2 d^2 (d^2 + s^2)^(-3/2) ds = 4 z``, a bounded pressure, so that a
-stronger load closes the gap (condition C4 of [T 4.1.4] does not hold for the integral).
+d -> 0 repel each other by ``z int 2 d^2 (d^2 + s^2)^(-3/2) ds = 4 z``, a bounded pressure, so that
+a stronger load closes the gap (condition C4 of [T 4.1.4] does not hold for the integral).
 """
 
 from __future__ import annotations

@@ -22,11 +22,12 @@ FACING = -0.9  # cosine between facing normals: the walls of a fold tip do not c
 class OuterRule:
     """Points of the outer integrals: Gauss far away, graded at projections when near.
 
-    ``near = 0`` switches the graded rule off.
+    ``near = 0`` switches the graded rule off. Measured on a squeeze film of element/gap 100: load
+    error 1e-4 with (6, 16), 5e-3 with (8, 14), 9e-2 with (4, 14).
     """
 
-    far: int = 4
-    near: int = 14
+    far: int = 6
+    near: int = 16
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -46,6 +47,20 @@ def graded(n: int) -> tuple[np.ndarray, np.ndarray]:
         return np.empty(0), np.empty(0)
     x, w = gauss(n)
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2), w * 30.0 * (x * (1.0 - x)) ** 2
+
+
+def edges(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths ``(n,)`` and outward normals ``(n, 2)`` of a counterclockwise polygon's segments."""
+    edge = np.roll(points, -1, axis=0) - points
+    lengths = np.linalg.norm(edge, axis=1)
+    return lengths, np.stack([edge[:, 1], -edge[:, 0]], axis=1) / lengths[:, None]
+
+
+def tested(lengths: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Discontinuous linear values ``(2 n, ...)`` tested with themselves: the mass matrix."""
+    pairs = values.reshape(lengths.size, 2, -1)
+    block = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+    return np.einsum("e,mk,ekc->emc", lengths, block, pairs).reshape(values.shape)
 
 
 def crossing(points: np.ndarray) -> tuple[int, int] | None:
@@ -159,9 +174,7 @@ class Configuration:
     normals: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        edges = np.roll(self.points, -1, axis=0) - self.points
-        lengths = np.linalg.norm(edges, axis=1)
-        normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / lengths[:, None]
+        lengths, normals = edges(self.points)
         object.__setattr__(self, "lengths", lengths)
         object.__setattr__(self, "normals", normals)
 
@@ -178,7 +191,7 @@ class Configuration:
 
     @cached_property
     def flux_form(self) -> np.ndarray:
-        """The membrane's discrete flux as a linear form of the velocity, ``(n_coefficients, 2)``."""
+        """The membrane's discrete flux, a linear form of the velocity: ``(n_coefficients, 2)``."""
         n = self.boundary.n_membrane
         half = 0.5 * (self.lengths[:, None] * self.normals)[:n]
         form = np.zeros((self.boundary.n_coefficients, 2))
@@ -214,10 +227,3 @@ class Configuration:
         columns = 2 * np.arange(n)[:, None, None] + np.arange(2) + np.zeros((1, 4, 1), int)
         shape = (b.n_coefficients, 2 * b.n_segments)
         return csr_matrix((data.ravel(), (rows.ravel(), columns.ravel())), shape)
-
-    def mass(self, values: np.ndarray) -> np.ndarray:
-        """Discontinuous linear values ``(2 n, ...)`` tested with themselves."""
-        pairs = values.reshape(self.lengths.size, 2, -1)
-        block = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-        tested = np.einsum("e,mk,ekc->emc", self.lengths, block, pairs)
-        return tested.reshape(values.shape)

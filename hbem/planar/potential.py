@@ -12,11 +12,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
+from scipy.sparse import csr_matrix
 
 from ..enclosed_flow import Traction
 from . import _planar_kernels as kernels
 from .contact import ContactForce
-from .polygon import Boundary, Configuration, OuterRule
+from .polygon import Boundary, Configuration, OuterRule, edges, tested
 
 
 def laplace_layers(
@@ -32,6 +33,40 @@ def laplace_layers(
     arrays = (rule or OuterRule()).arrays
     kernels.laplace_matrices(points, arrays, float(np.log(log_radius)), V, K)
     return V, K
+
+
+class PotentialSystem:
+    """Potential flow in one closed polygon: Neumann data to the potential and the pressure.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Counterclockwise.
+    rule : OuterRule, optional
+    """
+
+    def __init__(self, points: np.ndarray, *, rule: OuterRule | None = None):
+        self.lengths, self.normals = edges(points)
+        n = self.lengths.size
+        nodes = (np.repeat(np.arange(n), 2) + np.tile([0, 1], n)) % n
+        self.trace = csr_matrix((np.ones(2 * n), (np.arange(2 * n), nodes)), (2 * n, n))
+        self.V, K = laplace_layers(points, rule=rule)
+        nodal = self.trace.toarray()
+        system = np.zeros((n + 1, n + 1))
+        system[:n, :n] = self.trace.T @ (0.5 * tested(self.lengths, nodal) + K @ nodal)
+        system[n, :n] = system[:n, n] = self.trace.T @ np.repeat(0.5 * self.lengths, 2)
+        self._factors = scipy.linalg.lu_factor(system, check_finite=False)
+
+    def solve(self, h: np.ndarray) -> tuple[np.ndarray, float]:
+        """phi at the nodes ``(n,)`` and the multiplier of its mean, for ``h (2 n,)``."""
+        right = np.append(self.trace.T @ (self.V @ h), 0.0)
+        solution = scipy.linalg.lu_solve(self._factors, right, check_finite=False)
+        return solution[:-1], float(solution[-1])
+
+    def pressure(self, h: np.ndarray, potential: np.ndarray) -> np.ndarray:
+        """Bernoulli's pressure as discontinuous linear values ``(2 n,)`` [T 4.11]."""
+        slope = (np.roll(potential, -1) - potential) / self.lengths
+        return -0.5 * (h**2 + np.repeat(slope, 2) ** 2)
 
 
 @dataclass(frozen=True)
@@ -79,33 +114,13 @@ class PotentialOperator:
     at: Configuration
 
     @cached_property
-    def _layers(self) -> tuple[np.ndarray, np.ndarray]:
-        return laplace_layers(self.at.points, rule=self.model.rule)
-
-    @cached_property
-    def _factors(self) -> tuple[np.ndarray, np.ndarray]:
-        P, n = self.model.boundary.trace, self.at.lengths.size
-        nodal = P.toarray()
-        system = np.zeros((n + 1, n + 1))
-        system[:n, :n] = P.T @ (0.5 * self.at.mass(nodal) + self._layers[1] @ nodal)
-        system[n, :n] = system[:n, n] = P.T @ np.repeat(0.5 * self.at.lengths, 2)
-        return scipy.linalg.lu_factor(system, check_finite=False)
+    def _system(self) -> PotentialSystem:
+        return PotentialSystem(self.at.points, rule=self.model.rule)
 
     def normal_velocity(self, nodal: np.ndarray) -> np.ndarray:
         """h as discontinuous linear values ``(2 n,)`` of nodal velocities ``(n, 2)``."""
         ends = self.model.boundary.trace @ nodal
         return np.einsum("ei,ei->e", ends, np.repeat(self.at.normals, 2, axis=0))
-
-    def potential(self, h: np.ndarray) -> tuple[np.ndarray, float]:
-        """phi at the nodes ``(n,)`` and the multiplier of its mean, for ``h (2 n,)``."""
-        right = np.append(self.model.boundary.trace.T @ (self._layers[0] @ h), 0.0)
-        solution = scipy.linalg.lu_solve(self._factors, right, check_finite=False)
-        return solution[:-1], float(solution[-1])
-
-    def pressure(self, h: np.ndarray, potential: np.ndarray) -> np.ndarray:
-        """Bernoulli's pressure as discontinuous linear values ``(2 n,)`` [T 4.11]."""
-        slope = (np.roll(potential, -1) - potential) / self.at.lengths
-        return -0.5 * (h**2 + np.repeat(slope, 2) ** 2)
 
     def flux(self, velocity: np.ndarray) -> float:
         """Discrete flux of ``velocity (n_coefficients, 2)`` out through the membrane."""
@@ -115,8 +130,8 @@ class PotentialOperator:
         """``-p n`` for a membrane velocity ``(n_coefficients, 2)``."""
         nodal = self.at.nodal_velocity(velocity)
         h = self.normal_velocity(nodal)
-        potential, zeta = self.potential(h)
-        tau = -self.pressure(h, potential)[:, None] * np.repeat(self.at.normals, 2, axis=0)
+        potential, zeta = self._system.solve(h)
+        tau = -self._system.pressure(h, potential)[:, None] * np.repeat(self.at.normals, 2, axis=0)
         largest = float(np.linalg.norm(nodal, axis=1).max())
         return Traction(tau, zeta, self.flux(velocity), largest)
 

@@ -1,9 +1,9 @@
 """Planar Stokes flow inside and outside a membrane, for every viscosity ratio lambda.
 
-``V tau = (1 + lambda)/2 u + (1 - lambda) K u, <tau, n> = 0`` [T 5.4, 5.5]; lambda = 0 is the interior
-alone. V has the kernel log(s/r): for lambda = 0 the traction does not depend on s, which keeps V
-definite at any size; for lambda > 0 there is no flow at infinity without a far field (Stokes'
-paradox), and s is the radius where it is taken to vanish: a parameter of the physics.
+``V tau = (1 + lambda)/2 u + (1 - lambda) K u, <tau, n> = 0`` [T 5.4, 5.5]; lambda = 0 is the
+interior alone. V has the kernel log(s/r): for lambda = 0 the traction does not depend on s, which
+keeps V definite at any size; for lambda > 0 no flow vanishes at infinity (Stokes' paradox), and s
+is the radius where it is taken to vanish: a parameter of the physics.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from ..enclosed_flow import Traction
 from . import _planar_kernels as kernels
-from .polygon import Boundary, Configuration, OuterRule
+from .polygon import Boundary, Configuration, OuterRule, edges, tested
 
 LOG_RADIUS = 100.0
 
@@ -53,6 +53,60 @@ def stokes_layers(
     arrays = (rule or OuterRule()).arrays
     kernels.stokes_matrices(points, arrays, double, float(np.log(log_radius)), V, K)
     return V, K if double else None
+
+
+class StokesSystem:
+    """The flow around one closed polygon: boundary velocities to traction jumps [T 5.5].
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Counterclockwise.
+    viscosity_ratio, log_radius, rule
+        See `PlanarStokes`.
+    """
+
+    def __init__(
+        self,
+        points: np.ndarray,
+        *,
+        viscosity_ratio: float = 0.0,
+        log_radius: float = LOG_RADIUS,
+        rule: OuterRule | None = None,
+    ):
+        self.lengths, self.normals = edges(points)
+        self.ratio = viscosity_ratio
+        double = viscosity_ratio != 1.0
+        V, self.K = stokes_layers(points, rule=rule, double=double, log_radius=log_radius)
+        n = V.shape[0]
+        system = np.zeros((n + 1, n + 1))
+        system[:n, :n] = V
+        normal = 0.5 * self.lengths[:, None, None] * self.normals[:, None]
+        system[n, :n] = np.broadcast_to(normal, (n // 4, 2, 2)).ravel()
+        system[:n, n] = system[n, :n]
+        self._factors = scipy.linalg.lu_factor(system, overwrite_a=True, check_finite=False)
+
+    def solve(self, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and multipliers of ``<tau, n> = 0``.
+
+        Parameters
+        ----------
+        velocity : (4 n, k) array
+            Values at both ends of each segment, dof ``4 e + 2 m + i``.
+
+        Returns
+        -------
+        tau : (4 n, k) array
+        zeta : (k,) array
+        """
+        shape = velocity.shape
+        data = 0.5 * (1.0 + self.ratio) * tested(self.lengths, velocity.reshape(-1, 2 * shape[1]))
+        data = data.reshape(shape)
+        if self.K is not None:
+            data += (1.0 - self.ratio) * (self.K @ velocity)
+        right = np.concatenate([data, np.zeros((1, shape[1]))])
+        solution = scipy.linalg.lu_solve(self._factors, right, check_finite=False)
+        return solution[:-1], solution[-1]
 
 
 @dataclass(frozen=True)
@@ -104,37 +158,18 @@ class StokesOperator:
     at: Configuration
 
     @cached_property
-    def _layers(self) -> tuple[np.ndarray, np.ndarray | None]:
+    def _system(self) -> StokesSystem:
         m = self.model
-        return stokes_layers(
+        return StokesSystem(
             self.at.points,
-            rule=m.rule,
-            double=m.viscosity_ratio != 1.0,
+            viscosity_ratio=m.viscosity_ratio,
             log_radius=m.log_radius,
+            rule=m.rule,
         )
-
-    @cached_property
-    def _factors(self) -> tuple[np.ndarray, np.ndarray]:
-        V, _ = self._layers
-        n = V.shape[0]
-        system = np.zeros((n + 1, n + 1))
-        system[:n, :n] = V
-        normal = 0.5 * self.at.lengths[:, None, None] * self.at.normals[:, None]
-        system[n, :n] = np.broadcast_to(normal, (n // 4, 2, 2)).ravel()
-        system[:n, n] = system[n, :n]
-        return scipy.linalg.lu_factor(system, overwrite_a=True, check_finite=False)
 
     def solve(self, nodal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions ``(4 n, k)`` and zetas ``(k,)`` of nodal velocities ``(2 n, k)``."""
-        ratio = self.model.viscosity_ratio
-        jumps = self.model.boundary.vector_trace @ nodal
-        data = 0.5 * (1.0 + ratio) * self.at.mass(jumps.reshape(-1, 2 * nodal.shape[1]))
-        data = data.reshape(jumps.shape)
-        if ratio != 1.0:
-            data += (1.0 - ratio) * (self._layers[1] @ jumps)
-        right = np.concatenate([data, np.zeros((1, data.shape[1]))])
-        solution = scipy.linalg.lu_solve(self._factors, right, check_finite=False)
-        return solution[:-1], solution[-1]
+        return self._system.solve(self.model.boundary.vector_trace @ nodal)
 
     def flux(self, velocity: np.ndarray) -> float:
         """Discrete flux of ``velocity (n_coefficients, 2)`` out through the membrane."""
