@@ -22,6 +22,7 @@ from coupling.model_adaptivity.mixed_flow import MixedFlow
 from coupling.model_adaptivity.newton import robust
 from coupling.model_adaptivity.partitioned import Scheme, partitioned
 from coupling.model_adaptivity.substructure import cut, monolithic
+from coupling.quasi_newton import QuasiNewton
 from coupling.relaxation import Aitken, GaussSeidel, Relaxation
 
 from .. import loader
@@ -236,7 +237,12 @@ def _partitioned() -> list[Row]:
 
 def relaxations() -> Mapping[str, Relaxation]:
     """The schemes of the coupling package that partitions are run with."""
-    return {"no relaxation": GaussSeidel(), "aitken": Aitken()}
+    return {
+        "no relaxation": GaussSeidel(),
+        "aitken": Aitken(),
+        # within one solve IQN-ILS and Anderson's acceleration are the same method
+        "anderson": QuasiNewton(filter=1e-8),
+    }
 
 
 FIXED: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
