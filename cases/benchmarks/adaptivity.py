@@ -44,7 +44,7 @@ def run(quick: bool) -> list[Row]:
     if not quick:
         rows.append(_first_step_adapted())
     rows += _loop_rows("Re = 1000", 1000.0, 20 if quick else 40, Strategy(tolerance=1e-9))
-    rows.append(_linearised(10 if quick else 20))
+    rows.append(_linearised(10))
     for reynolds in (10.0, 100.0, 1000.0):
         rows += [_independence(reynolds, cells) for cells in ((10, 20) if quick else (10, 20, 40))]
     rows += _partitioned()
