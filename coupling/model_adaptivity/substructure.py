@@ -112,7 +112,8 @@ def restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
     piece = mesh.restrict(np.flatnonzero(part))
     named = {k: v for k, v in (piece.boundaries or {}).items() if len(v)}
     old = np.concatenate([np.asarray(v) for v in named.values()]) if named else []
-    return piece.with_boundaries({**named, INTERFACE: np.setdiff1d(piece.boundary_facets(), old)})
+    named[INTERFACE] = np.setdiff1d(piece.boundary_facets(), old)
+    return type(piece)(piece.p, piece.t).with_boundaries(named)
 
 
 def interface_unknowns(flow: MixedFlow) -> np.ndarray:
