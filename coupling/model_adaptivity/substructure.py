@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import block_array, csc_array, csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from skfem import Mesh
@@ -105,6 +105,34 @@ def pieces_of(mesh: Mesh, part: np.ndarray) -> np.ndarray:
     both = (right >= 0) & part[left] & part[right]
     graph = csr_array((np.ones(both.sum()), (left[both], right[both])), shape=(part.size,) * 2)
     return np.where(part, connected_components(graph, directed=False)[1], -1)
+
+
+def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
+    """Flags with every piece joined to the outflow by the shortest chain of elements.
+
+    Boundary elements do not see the pressure level of a piece enclosed by Stokes flow.
+    """
+    flagged = flagged.copy()
+    owners = mesh.f2t[0, mesh.boundaries[outlet]]
+    flagged[owners] = True
+    left, right = mesh.f2t
+    inside = right >= 0
+    n = flagged.size
+    graph = csr_array((np.ones(inside.sum()), (left[inside], right[inside])), shape=(n, n))
+    while True:
+        labels = pieces_of(mesh, flagged)
+        main = flagged & (labels == labels[owners[0]])
+        if (main == flagged).all():
+            return flagged
+        distance, previous, _ = dijkstra(
+            graph, directed=False, indices=np.flatnonzero(main),
+            return_predecessors=True, min_only=True,
+        )  # fmt: skip
+        other = np.flatnonzero(flagged & ~main)
+        element = other[np.argmin(distance[other])]
+        while element >= 0:
+            flagged[element] = True
+            element = previous[element]
 
 
 def restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
