@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..output.vtk import CELLS, read_frames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
 SHOTS = 5
@@ -100,17 +101,19 @@ def _read(folder: Path, t: float, name: str) -> Shot:
 def _draw_shots(
     figure: Figure, axes: np.ndarray, shots: list[Shot], history: dict[str, np.ndarray]
 ) -> None:
-    from matplotlib.colors import LogNorm
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
 
     top = max(np.abs(shot.indicator).max() for shot in shots) or 1.0
     scale = LogNorm(top / 10.0**DECADES, top)
     fastest = max(shot.speed.max() for shot in shots)
+    second = ScalarMappable(Normalize(0.0, fastest), "viridis")
     for (left, right), shot in zip(axes, shots, strict=True):
         size = np.maximum(np.abs(shot.indicator), top / 10.0**DECADES)
-        first = _cells(left, shot, size, norm=scale, cmap="magma")
-        speed = shot.speed[shot.cells].mean(axis=1)
-        second = _cells(right, shot, speed, cmap="viridis", clim=(0.0, fastest))
-        _cells(right, shot, None, shade=~shot.flagged)
+        first = _cells(left, shot, array=size, norm=scale, cmap="magma")
+        colours = second.to_rgba(shot.speed[shot.cells].mean(axis=1))
+        colours[~shot.flagged, :3] *= 0.55
+        _cells(right, shot, facecolors=colours)
         row = int(np.flatnonzero(history["step"] == shot.step)[0])
         left.set_title(f"step {shot.step}: indicators", fontsize=10)
         right.set_title(_title(history, row), fontsize=10)
@@ -146,18 +149,11 @@ def _title(history: dict[str, np.ndarray], row: int) -> str:
     return text + (f", error {error:.2e}" if np.isfinite(error) else "")
 
 
-def _cells(axes: Axes, shot: Shot, values: np.ndarray | None, shade=None, **options) -> object:
+def _cells(axes: Axes, shot: Shot, **options: Any) -> PolyCollection:
     from matplotlib.collections import PolyCollection
 
     polygons = shot.points[shot.cells]
-    if values is None:
-        drawn = PolyCollection(
-            polygons[shade], facecolors=(0, 0, 0, 0.45), edgecolors="none", antialiased=False
-        )
-    else:
-        drawn = PolyCollection(
-            polygons, array=values, edgecolors="none", antialiased=False, **options
-        )
+    drawn = PolyCollection(polygons, edgecolors="none", antialiased=False, **options)
     drawn.set_rasterized(True)
     axes.add_collection(drawn)
     axes.set_aspect("equal")
