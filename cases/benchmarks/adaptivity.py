@@ -8,29 +8,23 @@ that did not converge are marked and carry no figures.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.boundary_loop import adapt_boundary
 from coupling.model_adaptivity.loop import Step, Strategy, adapt, full_model
 from coupling.model_adaptivity.mixed_flow import MixedFlow
 from coupling.model_adaptivity.newton import robust
-from coupling.model_adaptivity.partitioned import Scheme, partitioned
-from coupling.model_adaptivity.substructure import cut, monolithic
-from coupling.relaxation import Aitken, GaussSeidel, Relaxation
 
 from .. import loader
 from ..flow import build
-from ..flow.build import DIRICHLET, OUTLET
 from ..geometry.channel_cavity import channel_cavity
+from . import partitions
+from .partitions import Row, vorticity
 
-Row = dict[str, Any]
-CORNER = (1.9, 2.0, -1.0, -0.9)
 # [T fig. 7.3]: step -> printed error and fraction of Navier-Stokes elements.
 PRINTED = {0: (-4.12e-2, 0.0), 1: (4.43e-3, 0.195), 2: (2.12e-3, 0.392), 4: (-2.56e-5, 0.743)}
 PRINTED_1000 = 1.73
@@ -43,19 +37,18 @@ def run(quick: bool) -> list[Row]:
     if not quick:
         rows.append(_first_step_adapted())
     rows += _loop_rows("Re = 1000", 1000.0, 20 if quick else 40, Strategy(tolerance=1e-9))
-    rows.append(_linearised(10 if quick else 20))
+    rows.append(_linearised(10))
     for reynolds in (10.0, 100.0, 1000.0):
         rows += [_independence(reynolds, cells) for cells in ((10, 20) if quick else (10, 20, 40))]
-    rows += _partitioned()
-    rows += [_boundary_row(name, n) for name in FIXED for n in ((5, 10) if quick else (5, 10, 20))]
-    rows += _boundary_loops(10 if quick else 20)
+    rows += partitions.partitioned_rows()
+    rows += [
+        partitions.boundary_row(name, n)
+        for name in partitions.FIXED
+        for n in ((5, 10) if quick else (5, 10, 20))
+    ]
+    rows += partitions.boundary_loops(10 if quick else 20)
     rows += _costs(20 if quick else 40)
     return rows
-
-
-def vorticity(flow: MixedFlow) -> goals.Goal:
-    """The thesis' goal on a flow."""
-    return goals.vorticity(flow.space, goals.region(flow.space, CORNER))
 
 
 def steps_of(flow: MixedFlow, strategy: Strategy) -> list[Step]:
@@ -205,123 +198,6 @@ def _needed(steps: list[Step], tolerance: float) -> float:
     return min(below, default=np.nan)
 
 
-def _partitioned() -> list[Row]:
-    """Partitioned against monolithic, Re = 10, h = 1/10."""
-    mesh = channel_cavity(10)
-    y = mesh.p[1, mesh.t].mean(axis=0)
-    rows = []
-    for part, flagged in (("cavity", y > 0.0), ("lower half of it", y > -0.5)):
-        for stress in (True, False):
-            parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET, stress=stress)
-            whole = monolithic(parts)
-            n = 2 * parts.inner.space.n_velocity
-            for scheme in Scheme:
-                for name, relaxation in relaxations().items():
-                    began = time.perf_counter()
-                    found = partitioned(parts, relaxation, scheme=scheme, tolerance=1e-13)
-                    rows.append(
-                        {
-                            "case": f"S = {part}, {scheme.name.lower()}, {name}",
-                            "seconds": time.perf_counter() - began,
-                            "error": float(np.abs(found.inner - whole.inner)[:n].max()),
-                            "error_kind": "largest velocity difference",
-                            "reference": "monolithic, pressure double-valued",
-                            "stress": "full" if stress else "laplacian",
-                            "passes": found.iterations,
-                            "converged": found.converged,
-                        }
-                    )
-    return rows
-
-
-def relaxations() -> Mapping[str, Relaxation]:
-    """The schemes of the coupling package that partitions are run with."""
-    return {"no relaxation": GaussSeidel(), "aitken": Aitken()}
-
-
-FIXED: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
-    "upstream channel": lambda x, y: x > 0.8,
-    "cavity": lambda x, y: y > 0.0,
-}
-
-
-def _boundary_row(name: str, cells: int) -> Row:
-    """Boundary elements for the Stokes part against finite elements; both against h / 2."""
-    mesh, fine = channel_cavity(cells), channel_cavity(2 * cells)
-    flagged = FIXED[name](*mesh.p[:, mesh.t].mean(axis=1))
-    began = time.perf_counter()
-    flow = build.boundary_flow_on(mesh, flagged, 10.0)
-    x, _ = flow.solve()
-    seconds = time.perf_counter() - began
-    options = {"reynolds": 10.0, "outlet": OUTLET}
-    parts = cut(mesh, flagged, DIRICHLET, **options)
-    began = time.perf_counter()
-    coarse = monolithic(parts)
-    peer = time.perf_counter() - began
-    finer = cut(fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, **options)
-    better = monolithic(finer)
-    at = parts.inner_trace
-    size = np.linalg.norm(coarse.inner[at])
-    points = parts.inner.space.points[:, at]
-    half = at.size // 2
-    probe = finer.inner.space.velocity.probes(points[:, :half])
-    values = np.concatenate([probe @ c for c in finer.inner.space.split(better.inner)[:2]])
-    energy = [
-        goals.kinetic_energy(f.space).value(v)
-        for f, v in ((flow.inner, x), (parts.inner, coarse.inner), (finer.inner, better.inner))
-    ]
-    return {
-        "case": f"S = {name}, h = 1/{cells}, boundary elements",
-        "seconds": seconds,
-        "error": float(np.linalg.norm(x[at] - coarse.inner[at]) / size),
-        "error_kind": "interface velocity",
-        "reference": "finite elements, same mesh",
-        "finite elements to h/2": float(np.linalg.norm(coarse.inner[at] - values) / size),
-        "boundary elements to h/2": float(np.linalg.norm(x[at] - values) / size),
-        "goal": energy[0] / energy[1] - 1.0,
-        "goal, finite elements to h/2": energy[1] / energy[2] - 1.0,
-        "ratio": seconds / peer,
-        "peer": "finite elements, monolithic",
-    }
-
-
-def _boundary_loops(cells: int) -> list[Row]:
-    """The loop with a mesh-free Stokes part: full, enriched and mixed adjoints."""
-    mesh = channel_cavity(cells)
-    whole = build.flow_on(mesh, 10.0, stress=True)
-    reference, _ = full_model(whole, vorticity(whole))
-    rows = []
-    for adjoint in ("full", "enriched", "mixed"):
-        began = time.perf_counter()
-        steps = adapt_boundary(
-            whole,
-            lambda flagged: build.boundary_flow_on(mesh, flagged, 10.0),
-            lambda space: goals.vorticity(space, goals.region(space, CORNER)),
-            goals.region(whole.space, CORNER),
-            Strategy(adjoint=adjoint, layers=2, tolerance=1e-4, max_steps=8),
-            outlet=OUTLET,
-            reference=reference,
-        )
-        for k, step in enumerate(steps):
-            stokes = robust(whole, step.flagged)
-            value = vorticity(whole).value(stokes.x)
-            rows.append(
-                {
-                    "case": f"boundary elements, {adjoint} adjoint, h = 1/{cells}, step {k}",
-                    "seconds": time.perf_counter() - began,
-                    "error": step.error,
-                    "reference": "full model, finite elements, same mesh",
-                    "estimate": step.estimate,
-                    "bound": step.bound,
-                    "model error": (reference - value) / value,
-                    "effectivity": step.estimate * step.goal / (reference - value),
-                    "elements": step.element_fraction,
-                }
-            )
-            began = time.perf_counter()
-    return rows
-
-
 def _costs(cells: int) -> list[Row]:
     """Error in the goal against seconds and fraction: models, indicators, adjoints, markings."""
     rows = []
@@ -382,6 +258,25 @@ def _cost(
     }
 
 
+def _draw_costs(axes: Any, rows: list[Row]) -> None:
+    """One colour a strategy, one marker a Reynolds number; an exact model sits on the floor."""
+    floor, colours, labels = 1e-12, {}, {"Re = 10": "o", "Re = 1000": "^"}
+    for row in rows:
+        reynolds, _, *words = row["case"].split(", ")
+        name = ", ".join(words)
+        label = None if name in colours else name
+        colour = colours.setdefault(name, f"C{len(colours)}")
+        size = max(abs(row["error"]), floor)
+        options = {"marker": labels[reynolds], "linestyle": "none", "label": label}
+        axes.loglog(row["ratio"], size, color=colour, **options)
+    axes.set(
+        xlabel="seconds over Navier-Stokes everywhere",
+        ylabel="|error|",
+        title="error against cost: circles Re = 10, triangles Re = 1000",
+    )
+    axes.legend(fontsize=8, loc="lower left")
+
+
 def draw(rows: list[Row], path: Path) -> None:
     """Errors, mesh independence and effectivity as [T figs. 7.10-7.12]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -409,12 +304,7 @@ def draw(rows: list[Row], path: Path) -> None:
     axes[1, 0].invert_xaxis()
     axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
     axes[0, 0].legend(fontsize=8)
-    for row in (r for r in rows if "peer" in r and "tolerance" in r and abs(r["error"]) > 0.0):
-        axes[1, 1].loglog(row["ratio"], abs(row["error"]), "o")
-        axes[1, 1].annotate(row["case"], (row["ratio"], abs(row["error"])), fontsize=6)
-    axes[1, 1].set(
-        xlabel="seconds over Navier-Stokes everywhere", ylabel="|error|", title="error against cost"
-    )
+    _draw_costs(axes[1, 1], [r for r in rows if "tolerance" in r])
     for ax in axes.ravel():
         ax.grid(alpha=0.3)
     figure.savefig(path)

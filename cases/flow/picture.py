@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..output.vtk import CELLS, read_frames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
 SHOTS = 5
@@ -51,13 +52,20 @@ def overview(folder: Path) -> Path:
     if not frames:
         raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
     history = read_history(folder / "history.csv")
+    solved = set(history["step"][history["converged"] > 0])
+    frames = [frame for frame in frames if frame[0] in solved]
+    if not frames:
+        raise NoPicture(f"no step of {folder} converged")
     shots = [_read(folder, *frame) for frame in _chosen(frames)]
-    rows = len(shots)
+    adapted = shots[0].cells.shape[1] == 3
+    rows = len(shots) + adapted
     figure = Figure(figsize=(12, 2.9 * rows + 4.6), dpi=110, layout="constrained")
     FigureCanvasAgg(figure)
     upper, lower = figure.subfigures(2, 1, height_ratios=[2.9 * rows, 4.6])
     axes = upper.subplots(rows, 2, squeeze=False)
-    _draw_shots(upper, axes, shots, history)
+    _draw_shots(upper, axes[int(adapted) :], shots, history)
+    if adapted:
+        _draw_mesh(axes[0], shots[0])
     left, right = lower.subplots(1, 2)
     _draw_errors(left, history)
     _draw_effectivity(right, history)
@@ -93,22 +101,45 @@ def _read(folder: Path, t: float, name: str) -> Shot:
 def _draw_shots(
     figure: Figure, axes: np.ndarray, shots: list[Shot], history: dict[str, np.ndarray]
 ) -> None:
-    from matplotlib.colors import LogNorm
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
 
     top = max(np.abs(shot.indicator).max() for shot in shots) or 1.0
     scale = LogNorm(top / 10.0**DECADES, top)
     fastest = max(shot.speed.max() for shot in shots)
+    second = ScalarMappable(Normalize(0.0, fastest), "viridis")
     for (left, right), shot in zip(axes, shots, strict=True):
         size = np.maximum(np.abs(shot.indicator), top / 10.0**DECADES)
-        first = _cells(left, shot, size, norm=scale, cmap="magma")
-        speed = shot.speed[shot.cells].mean(axis=1)
-        second = _cells(right, shot, speed, cmap="viridis", clim=(0.0, fastest))
-        _cells(right, shot, None, shade=~shot.flagged)
+        first = _cells(left, shot, array=size, norm=scale, cmap="magma")
+        colours = second.to_rgba(shot.speed[shot.cells].mean(axis=1))
+        colours[~shot.flagged, :3] *= 0.55
+        _cells(right, shot, facecolors=colours)
         row = int(np.flatnonzero(history["step"] == shot.step)[0])
         left.set_title(f"step {shot.step}: indicators", fontsize=10)
         right.set_title(_title(history, row), fontsize=10)
     figure.colorbar(first, ax=list(axes[:, 0]), shrink=0.5, label="|indicator|")
     figure.colorbar(second, ax=list(axes[:, 1]), shrink=0.5, label="speed (Stokes part darkened)")
+
+
+def _draw_mesh(axes: np.ndarray, shot: Shot) -> None:
+    """The adapted mesh, and a window around its smallest element [T figs. 7.4, 7.7]."""
+    from matplotlib.collections import PolyCollection
+
+    polygons = shot.points[shot.cells]
+    a, b = polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0]
+    smallest = np.argmin(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
+    centre = polygons[smallest].mean(axis=0)
+    for ax, width, title in zip(
+        axes, (0.15, 0.3), (len(polygons), "smallest element"), strict=True
+    ):
+        lines = PolyCollection(polygons, facecolors="none", edgecolors="black", linewidths=width)
+        ax.add_collection(lines)
+        ax.set_aspect("equal")
+        ax.autoscale_view()
+        ax.set_axis_off()
+        ax.set_title(f"mesh: {title}" + (" triangles" if ax is axes[0] else ""), fontsize=10)
+    axes[1].set_xlim(centre[0] - 0.3, centre[0] + 0.3)
+    axes[1].set_ylim(centre[1] - 0.2, centre[1] + 0.2)
 
 
 def _title(history: dict[str, np.ndarray], row: int) -> str:
@@ -118,14 +149,11 @@ def _title(history: dict[str, np.ndarray], row: int) -> str:
     return text + (f", error {error:.2e}" if np.isfinite(error) else "")
 
 
-def _cells(axes: Axes, shot: Shot, values: np.ndarray | None, shade=None, **options) -> object:
+def _cells(axes: Axes, shot: Shot, **options: Any) -> PolyCollection:
     from matplotlib.collections import PolyCollection
 
     polygons = shot.points[shot.cells]
-    if values is None:
-        drawn = PolyCollection(polygons[shade], facecolors=(0, 0, 0, 0.45), edgecolors="none")
-    else:
-        drawn = PolyCollection(polygons, array=values, edgecolors="face", linewidths=0.1, **options)
+    drawn = PolyCollection(polygons, edgecolors="none", antialiased=False, **options)
     drawn.set_rasterized(True)
     axes.add_collection(drawn)
     axes.set_aspect("equal")

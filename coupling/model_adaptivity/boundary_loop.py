@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .boundary_stokes import BoundaryFlow, bridged
+from .boundary_stokes import BoundaryFlow
 from .estimate import dual, grown
 from .goals import Goal
 from .loop import Strategy
 from .marking import marked
 from .mixed_flow import MixedFlow
 from .spaces import FlowSpace
+from .substructure import bridged
 
 MakeGoal = Callable[[FlowSpace], Goal]
 MakeFlow = Callable[[np.ndarray], BoundaryFlow]

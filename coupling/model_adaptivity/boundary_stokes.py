@@ -16,7 +16,6 @@ from typing import Protocol
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import block_array, csc_array, csr_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
@@ -253,34 +252,6 @@ def boundary_flow(
         _piece(space, labels == k, operators, segments) for k in np.unique(labels[labels >= 0])
     ]
     return BoundaryFlow(inner, space, embed, values, tuple(pieces))
-
-
-def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
-    """Flags with every piece joined to the outflow by the shortest chain of elements.
-
-    Boundary elements do not see the pressure level of a piece enclosed by Stokes flow.
-    """
-    flagged = flagged.copy()
-    owners = mesh.f2t[0, mesh.boundaries[outlet]]
-    flagged[owners] = True
-    left, right = mesh.f2t
-    inside = right >= 0
-    n = flagged.size
-    graph = csr_array((np.ones(inside.sum()), (left[inside], right[inside])), shape=(n, n))
-    while True:
-        labels = pieces_of(mesh, flagged)
-        main = flagged & (labels == labels[owners[0]])
-        if (main == flagged).all():
-            return flagged
-        distance, previous, _ = dijkstra(
-            graph, directed=False, indices=np.flatnonzero(main),
-            return_predecessors=True, min_only=True,
-        )  # fmt: skip
-        other = np.flatnonzero(flagged & ~main)
-        element = other[np.argmin(distance[other])]
-        while element >= 0:
-            flagged[element] = True
-            element = previous[element]
 
 
 def _piece(space: FlowSpace, part: np.ndarray, operators: MakeOperators, segments: int) -> Piece:

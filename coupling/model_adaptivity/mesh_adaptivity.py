@@ -92,7 +92,7 @@ def refinements(
         )
         if level < levels:
             count = int(np.ceil(fraction * eta.size))
-            mesh = mesh.refined(np.argsort(-np.abs(eta), kind="stable")[:count])
+            mesh = MeshTri(mesh.p, mesh.t).refined(np.argsort(-np.abs(eta), kind="stable")[:count])
 
 
 def indicators(flow: MixedFlow, x: np.ndarray, richer: MixedFlow, goal: Goal) -> np.ndarray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import block_array, csc_array, csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from skfem import Mesh
@@ -107,12 +107,41 @@ def pieces_of(mesh: Mesh, part: np.ndarray) -> np.ndarray:
     return np.where(part, connected_components(graph, directed=False)[1], -1)
 
 
+def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
+    """Flags with every piece joined to the outflow by the shortest chain of elements.
+
+    Boundary elements do not see the pressure level of a piece enclosed by Stokes flow.
+    """
+    flagged = flagged.copy()
+    owners = mesh.f2t[0, mesh.boundaries[outlet]]
+    flagged[owners] = True
+    left, right = mesh.f2t
+    inside = right >= 0
+    n = flagged.size
+    graph = csr_array((np.ones(inside.sum()), (left[inside], right[inside])), shape=(n, n))
+    while True:
+        labels = pieces_of(mesh, flagged)
+        main = flagged & (labels == labels[owners[0]])
+        if (main == flagged).all():
+            return flagged
+        distance, previous, _ = dijkstra(
+            graph, directed=False, indices=np.flatnonzero(main),
+            return_predecessors=True, min_only=True,
+        )  # fmt: skip
+        other = np.flatnonzero(flagged & ~main)
+        element = other[np.argmin(distance[other])]
+        while element >= 0:
+            flagged[element] = True
+            element = previous[element]
+
+
 def restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
     """Submesh with its share of the named boundaries and, as one more, the interface."""
     piece = mesh.restrict(np.flatnonzero(part))
     named = {k: v for k, v in (piece.boundaries or {}).items() if len(v)}
     old = np.concatenate([np.asarray(v) for v in named.values()]) if named else []
-    return piece.with_boundaries({**named, INTERFACE: np.setdiff1d(piece.boundary_facets(), old)})
+    named[INTERFACE] = np.setdiff1d(piece.boundary_facets(), old)
+    return type(piece)(piece.p, piece.t).with_boundaries(named)
 
 
 def interface_unknowns(flow: MixedFlow) -> np.ndarray:

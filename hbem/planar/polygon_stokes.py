@@ -1,4 +1,4 @@
-"""Stokes flow inside a fixed polygon, ``(1/2 + K) u = V t`` at unit viscosity, and off its boundary.
+"""Stokes flow inside a polygon, ``(1/2 + K) u = V t`` at unit viscosity, and its field inside.
 
 Continuous linear velocities, discontinuous linear tractions. Off the boundary the integrals over
 a segment are closed forms in the point's local coordinates ``x - y = -u t + h n``. The logarithm

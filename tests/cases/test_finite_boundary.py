@@ -9,10 +9,9 @@ from cases.flow.build import DIRICHLET, OUTLET, boundary_flow_on, flow_on
 from cases.geometry.channel_cavity import channel_cavity
 from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.boundary_loop import adapt_boundary
-from coupling.model_adaptivity.boundary_stokes import bridged
 from coupling.model_adaptivity.boundary_traces import boundary_loops
 from coupling.model_adaptivity.loop import Strategy, full_model
-from coupling.model_adaptivity.substructure import cut, monolithic
+from coupling.model_adaptivity.substructure import bridged, cut, monolithic
 
 CORNER = (1.9, 2.0, -1.0, -0.9)
 

@@ -10,6 +10,7 @@ from cases.geometry.channel_cavity import channel_cavity
 from coupling.model_adaptivity.newton import robust
 from coupling.model_adaptivity.partitioned import Scheme, partitioned
 from coupling.model_adaptivity.substructure import cut, monolithic
+from coupling.quasi_newton import QuasiNewton
 from coupling.relaxation import Aitken, GaussSeidel
 
 
@@ -26,9 +27,10 @@ def both(request):
 
 
 @pytest.mark.parametrize("scheme", Scheme)
-def test_partitioned_equals_monolithic(both, scheme):
+@pytest.mark.parametrize("relaxation", [Aitken(), QuasiNewton(filter=1e-8)])
+def test_partitioned_equals_monolithic(both, scheme, relaxation):
     parts, whole = both
-    found = partitioned(parts, Aitken(), scheme=scheme, tolerance=1e-13)
+    found = partitioned(parts, relaxation, scheme=scheme, tolerance=1e-13)
     assert found.converged
     assert found.iterations < 50
     n, m = 2 * parts.inner.space.n_velocity, 2 * parts.outer.space.n_velocity

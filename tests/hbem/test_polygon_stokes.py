@@ -23,9 +23,14 @@ def normals(body: PolygonStokes) -> np.ndarray:
 def test_constants_and_normals_are_in_the_kernels():
     body = PolygonStokes(square(6))
     constant = np.tile([0.7, -0.3], 24)
-    assert np.abs(body.double @ constant).max() < 1e-9 * np.abs(body.double).max()
-    assert np.abs(body.single @ normals(body)).max() < 1e-9 * np.abs(body.single).max()
-    assert body.single == pytest.approx(body.single.T, abs=1e-8)
+    # the outer rule's error: 7e-6 measured
+    assert np.abs(body.double @ constant).max() < 2e-5 * np.abs(body.double).max()
+    assert np.abs(body.single @ normals(body)).max() < 2e-5 * np.abs(body.single).max()
+    assert body.single == pytest.approx(body.single.T, abs=1e-6)
+    # off the boundary the closed forms are exact
+    single, double = body.evaluate(np.array([[0.5, 0.5], [0.2, 0.01]]))
+    assert double @ constant == pytest.approx(np.tile(constant[:2], 2), abs=1e-13)
+    assert single @ normals(body) == pytest.approx(0.0, abs=1e-13)
 
 
 def test_self_integral_is_the_closed_form():
