@@ -12,13 +12,17 @@ from functools import cached_property
 
 import numpy as np
 
+from coupling.automatic import Automatic
 from coupling.contact import minimum_gap
 from coupling.fixed_point import Partitioned
 from coupling.implicit import Implicit, StructureOnly
+from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import Recorder, State
+from coupling.quasi_newton import QuasiNewton
 from coupling.relaxation import Aitken, Constant, GaussSeidel
-from coupling.stability import starting_relaxation
-from coupling.time_loop import Simulation, StepControl, Tolerances
+from coupling.stability import contraction_measured, starting_relaxation
+from coupling.step_control import StepControl
+from coupling.time_loop import Simulation, Tolerances
 from shells.dynamics import ShellStructure
 from shells.kirchhoff_love import KirchhoffLove
 from shells.material import Material
@@ -27,6 +31,7 @@ from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
+from .contact import collision
 from .geometry import initial_bag
 from .geometry.bag import Bag
 from .inflow import prescribed_volume
@@ -84,14 +89,28 @@ def scheme(scene: Scene) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
-    c = scene.coupling
-    if c.scheme == "implicit":
-        return Implicit()
-    if c.scheme == "gauss-seidel":
-        return Partitioned(GaussSeidel())
-    if c.scheme == "constant":
-        return Partitioned(Constant(c.relaxation))
-    return Partitioned(Aitken(starting_relaxation(c.relaxation, contraction(scene))))
+    c, rho = scene.coupling, contraction(scene)
+    first = starting_relaxation(c.relaxation, rho)
+    implicit = Implicit(c.dense_limit)
+    schemes: Mapping[str, Callable[[], object]] = {
+        "implicit": lambda: implicit,
+        "semi-implicit": lambda: Implicit(c.dense_limit, passes=1),
+        "auto": lambda: Automatic(rho / scene.time.dt, Partitioned(GaussSeidel()), implicit),
+        "iqn-ils": lambda: Partitioned(QuasiNewton(first)),
+        "aitken": lambda: Partitioned(Aitken(first)),
+        "constant": lambda: Partitioned(Constant(c.relaxation)),
+        "gauss-seidel": lambda: Partitioned(GaussSeidel()),
+    }
+    return schemes[c.scheme]()
+
+
+def measured_contraction(scene: Scene, state: State | None = None) -> float:
+    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
+    body = initial_bag(scene)
+    c = body.coefficients if state is None else state.coefficients
+    state = State(0.0, c, np.zeros_like(c)) if state is None else state
+    inverse = structure(scene, body).linearised(state, scene.time.dt)
+    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
 
 
 @dataclass(frozen=True)
@@ -197,7 +216,8 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     sampler = Sampler(body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
     t = scene.time
-    limit = scene.coupling.max_iterations or (6 if scene.coupling.scheme == "implicit" else 30)
+    implicit = scene.coupling.scheme in ("implicit", "semi-implicit")
+    limit = scene.coupling.max_iterations or (6 if implicit else 30)
     volume: Callable[[float], float] = prescribed_volume(
         scene.inflow, shell.volume(body.coefficients)
     )
@@ -211,9 +231,19 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         scheme=scheme(scene),
         volume=volume,
         initial=start,
-        control=StepControl(t.dt, t.end, t.step_growth, t.dt_floor),
+        control=StepControl(
+            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
+        ),
         tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
         recorders=recorders,
         diagnostics=diagnostics,
         checkpoint_every=scene.output.checkpoint_every,
+        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
+        collision=_collision(scene, body),
     )
+
+
+def _collision(scene: Scene, body: Bag) -> object | None:
+    if scene.contact.test == "off":
+        return None
+    return collision(body, scene.contact.tessellate, scene.contact.engine)

@@ -16,6 +16,11 @@ from typing import Any, ClassVar
 GEOMETRIES: Mapping[str, bool] = {"pancake": True, "sphere": False}
 
 
+SCHEMES = (
+    "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
+)  # fmt: skip
+
+
 def rule(default: Any, **limits: Any) -> Any:
     """Field with a default and limits: ``above, least, below, most, choices``."""
     return field(default=default, metadata=limits)
@@ -99,27 +104,46 @@ class Inflow:
 class Time:
     """Largest step and end time; dt grows by ``step_growth``, ends the run below ``dt_floor``.
 
-    ``dt_floor = 0`` means ``dt / 2**20``.
+    ``dt_floor = 0`` means ``dt / 2**20``. ``error`` is the tolerated local error of a step (root
+    mean square of the displacement, units of L), ``closing`` the fraction of the smallest gap a
+    step may close; 0 switches either off.
     """
 
     dt: float = rule(16.0, above=0.0)
     end: float = rule(800.0, above=0.0)
     step_growth: float = rule(1.5, least=1.0)
     dt_floor: float = rule(0.0, least=0.0)
+    integrator: str = rule("backward-euler", choices=("backward-euler", "bdf2"))
+    error: float = rule(0.0, least=0.0)
+    closing: float = rule(0.5, least=0.0)
 
 
 @dataclass(frozen=True)
 class Coupling:
     """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
 
-    ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
+    ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
+    fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
     """
 
-    scheme: str = rule("implicit", choices=("implicit", "gauss-seidel", "constant", "aitken"))
+    scheme: str = rule("implicit", choices=SCHEMES)
     relaxation: float = rule(0.5, above=0.0, most=1.0)
+    dense_limit: int = rule(4000, least=0)
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
+
+    ``engine`` "auto" takes ipctk where it is installed, else the conservative bound.
+    """
+
+    test: str = rule("on", choices=("on", "off"))
+    engine: str = rule("auto", choices=("auto", "ipctk", "bound"))
+    tessellate: int = rule(3, least=1, most=16)
 
 
 @dataclass(frozen=True)
@@ -195,6 +219,7 @@ class Scene:
     inflow: Inflow = Inflow()
     time: Time = Time()
     coupling: Coupling = Coupling()
+    contact: Contact = Contact()
     output: Output = Output()
     physical: Physical | None = None
 
@@ -217,6 +242,7 @@ SECTIONS: Mapping[str, type] = {
     "inflow": Inflow,
     "time": Time,
     "coupling": Coupling,
+    "contact": Contact,
     "output": Output,
     "physical": Physical,
 }

@@ -28,6 +28,15 @@ class Result(enum.Enum):
     )
     KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
     GEOMETRY = "the configuration folded over itself or lost its orientation"
+    CONTACT = (
+        "the membrane would pass through itself; "
+        "refine the mesh there, use fluid.viscosity_ratio > 0 outside, or switch on repulsion"
+    )
+    INFLOW_PATCH = (
+        "membrane reached the inflow patch, which prescribes its flux and cannot be lubricated; "
+        "end the outflow earlier (inflow.final_volume) or clamp the rim"
+    )
+    TIME_ERROR = "the local time error exceeds its tolerance; the step is repeated with a lower dt"
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
 
     @property
@@ -227,5 +236,8 @@ class Recorder(Protocol):
     def on_rejected(self, rejection: Rejection) -> None: ...
 
     def on_checkpoint(self, snapshot: Snapshot) -> None: ...
+
+    def on_note(self, step: int, text: str) -> None:
+        """Something a reader of the log should know: a scheme changed, a step was limited."""
 
     def close(self, outcome: Outcome) -> None: ...
