@@ -135,6 +135,10 @@ class Collision:
             margin = self._margins(x)
             keep &= space - margin[i] - margin[j] <= speed * rest
         pairs = pairs[keep]
+        normal = self._normals(x)
+        alike = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]]) > 0.0
+        # a ring whose normals stay in one half space is a graph and cannot meet itself
+        pairs = pairs[~(alike & self._related(pairs))]
         a, b = self.triangles[pairs[:, 0]], self.triangles[pairs[:, 1]]
         return pairs[~(a[:, :, None] == b[:, None, :]).any(axis=(1, 2))]
 
@@ -154,19 +158,23 @@ class Collision:
         return ends[twin], owner[twin], owner[twin + 1]
 
     @cached_property
-    def _neighbours(self) -> csr_matrix:
-        """Triangles whose rings of samples overlap."""
+    def _neighbours(self) -> np.ndarray:
+        """Pairs of triangles whose rings of samples overlap, as sorted keys ``i m + j``, i < j."""
         m, n = len(self.triangles), self.sample.shape[0]
         rows = np.repeat(np.arange(m), 3)
         touch = csr_matrix((np.ones(3 * m), (rows, self.triangles.ravel())), shape=(m, n))
         ring = (touch @ touch.T).tocsr()
-        return ((ring @ ring) > 0).tocsr()
+        i, j = (ring @ ring).nonzero()
+        return np.sort(i[i < j].astype(np.int64) * m + j[i < j])
 
     def _related(self, pairs: np.ndarray) -> np.ndarray:
         """Whether pairs lie in each other's second ring, where the sheet is a graph."""
         if not len(pairs):
             return np.zeros(0, dtype=bool)
-        return np.asarray(self._neighbours[pairs[:, 0], pairs[:, 1]]).ravel().astype(bool)
+        m = len(self.triangles)
+        key = np.minimum(*pairs.T) * m + np.maximum(*pairs.T)
+        place = np.searchsorted(self._neighbours, key)
+        return self._neighbours[np.minimum(place, len(self._neighbours) - 1)] == key
 
     def _normals(self, x: np.ndarray) -> np.ndarray:
         a, b, c = np.moveaxis(x[self.triangles], 1, 0)
