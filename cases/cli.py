@@ -93,6 +93,8 @@ def _check(options: argparse.Namespace) -> int:
 
     if scene.kind == "model-adaptivity":
         from .flow.forecast import forecast
+    elif scene.kind == "planar":
+        from .planar.forecast import forecast
     else:
         from .preflight import forecast
     show(scene, forecast(scene))

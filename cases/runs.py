@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from . import loader
@@ -108,7 +109,7 @@ def resume(
 
 
 def draw(folder: Path) -> Path:
-    """Draw overview.png of a run folder.
+    """Draw overview.png of a run folder, for planar runs also animation.gif.
 
     Raises
     ------
@@ -118,6 +119,10 @@ def draw(folder: Path) -> Path:
     if not (folder / "history.csv").exists():
         raise FolderError(f"{folder} holds no history.csv; is it a run folder?")
     try:
+        if loader.read(folder / "run.toml").kind == "planar":
+            from .planar.picture import animation
+
+            animation(folder)
         return _picture_of(folder)(folder)
     except NoPicture as error:
         raise FolderError(str(error)) from error
@@ -125,10 +130,15 @@ def draw(folder: Path) -> Path:
 
 def _picture_of(folder: Path) -> Callable[[Path], Path]:
     """What draws the runs of the folder's kind."""
-    if isinstance(loader.read(folder / "run.toml"), flow_config.Scene):
+    kind = loader.read(folder / "run.toml").kind
+    if kind == "model-adaptivity":
         from .flow.picture import overview as flow_overview
 
         return flow_overview
+    if kind == "planar":
+        from .planar.picture import overview as planar_overview
+
+        return planar_overview
     return overview
 
 
@@ -179,8 +189,7 @@ def _run(
     try:
         record.write()
         with record.phase("build"):
-            from . import build
-
+            build = _factory(scene)
             for what in build.skipped(scene):
                 record.skip(what)
                 console.print(f"skipped: {what}", markup=False, highlight=False)
@@ -202,6 +211,15 @@ def _run(
         raise
     finally:
         recorders.progress.stop()
+
+
+def _factory(scene: Scene) -> ModuleType:
+    """What builds scenes of this kind for the one time loop."""
+    if scene.kind == "planar":
+        from .planar import build
+    else:
+        from . import build
+    return build
 
 
 def _run_flow(

@@ -68,7 +68,7 @@ class Collision:
             return None
         self.counts["blocked"] += 1
         i, j = motion.pair
-        return Result.INFLOW_PATCH if self.patch[i] != self.patch[j] else Result.CONTACT
+        return Result.INLET_CONTACT if self.patch[i] != self.patch[j] else Result.SELF_INTERSECTION
 
     def motion(self, start: np.ndarray, end: np.ndarray) -> Motion:
         """How far samples may move from ``start`` straight to ``end``, both ``(n, 3)``."""

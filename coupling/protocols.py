@@ -28,13 +28,13 @@ class Result(enum.Enum):
     )
     KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
     GEOMETRY = "the configuration folded over itself or lost its orientation"
-    CONTACT = (
-        "the membrane would pass through itself; "
-        "refine the mesh there, use fluid.viscosity_ratio > 0 outside, or switch on repulsion"
+    SELF_INTERSECTION = (
+        "the membrane meets itself and no smaller step avoids it; model the exterior "
+        "(fluid.viscosity_ratio > 0) or refine the mesh there"
     )
-    INFLOW_PATCH = (
-        "membrane reached the inflow patch, which prescribes its flux and cannot be lubricated; "
-        "end the outflow earlier (inflow.final_volume) or clamp the rim"
+    INLET_CONTACT = (
+        "the membrane reached the inflow patch, where no lubrication keeps it away; stop the "
+        "outflow earlier or clamp the rim"
     )
     TIME_ERROR = "the local time error exceeds its tolerance; the step is repeated with a lower dt"
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"

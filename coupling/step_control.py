@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from .protocols import Result
 
-CONTACTS = (Result.CONTACT, Result.INFLOW_PATCH)
+CONTACTS = (Result.SELF_INTERSECTION, Result.INLET_CONTACT)
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,9 @@ class Simulation:
         Prescribed enclosed volume V(t).
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
+    inspect : callable, optional
+        Why a configuration must not be assembled or accepted, or None. A run that ends at the
+        floor of its step because of it has this `Result`.
     checkpoint_every : int
         Steps between checkpoints.
     integrator : Integrator
@@ -72,6 +75,7 @@ class Simulation:
     tolerances: Tolerances = Tolerances()
     recorders: Sequence[Recorder] = ()
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
+    inspect: Callable[[np.ndarray], Result | None] | None = None
     checkpoint_every: int = 10
     integrator: Integrator = BackwardEuler()
     collision: Collision | None = None
@@ -209,12 +213,13 @@ class _Loop:
         """Why a configuration cannot be reached from the accepted one."""
         if not np.all(np.isfinite(coefficients)):
             return Result.GEOMETRY
-        if self.sim.collision is None:
-            return None
+        found = self.sim.inspect(coefficients) if self.sim.inspect is not None else None
+        if found is not None or self.sim.collision is None:
+            return found
         return self.sim.collision.inspect(self.state.coefficients, coefficients)
 
     def _stuck(self) -> bool:
-        return self.causes[-PATIENCE:] == [Result.INFLOW_PATCH] * PATIENCE
+        return self.causes[-PATIENCE:] == [Result.INLET_CONTACT] * PATIENCE
 
     def _note(self, text: str) -> None:
         logger.info("step %d: %s", self.step + 1, text)

@@ -12,15 +12,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, splu
-from skfem import BilinearForm
 
 from . import newton
 from .damped import DampedFactor
 from .kirchhoff_love import KirchhoffLove
 from .mechanism import Mechanism, mechanism
-from .surface_basis import SurfaceBasis
 from .volume import EnclosedVolume
 
 # A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
@@ -53,20 +51,14 @@ class ShellStep:
         return self.outcome is newton.Outcome.CONVERGED
 
 
-def mass_matrix(basis: SurfaceBasis, density: float) -> csr_matrix:
-    """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
-    points = round(basis.X.shape[1] ** 0.5)
-    scalar = SurfaceBasis(basis.surface, basis.reference, points, components=1)
-    form = BilinearForm(lambda u, v, w: density * u * v)
-    return kron(form.assemble(scalar), identity(3), format="csr")
-
-
 class ShellStructure:
     """A Kirchhoff-Love shell, its supports and its enclosed volume.
 
+    Plane curves work alike, with 2 components in place of 3 and their enclosed area as volume.
+
     Parameters
     ----------
-    shell : KirchhoffLove
+    shell : KirchhoffLove or PlanarMembrane
     extraction : (3 n_full, n_free) sparse matrix
         Supports and poles (`shells.support.extraction`); coefficients beyond the shell's own
         never move.
@@ -100,14 +92,15 @@ class ShellStructure:
         self._linear_solver, self._reuse = solver, reuse
         self.shell, self.E, self.enclosed = shell, extraction.tocsr(), volume
         self._n = shell.basis.N  # vector dofs of the shell; the rest of a configuration is fixed
-        if extraction.shape[0] < self._n or extraction.shape[0] % 3:
-            raise ValueError(f"the extraction needs at least {self._n} rows, three a coefficient")
+        self._d = d = shell.basis.dimension
+        if extraction.shape[0] < self._n or extraction.shape[0] % d:
+            raise ValueError(f"the extraction needs at least {self._n} rows, {d} a coefficient")
         self._Es = self.E[: self._n]
         if volume is not None:
             volume.check(self._Es)
-        self.M = mass_matrix(shell.basis, shell.material.density)
+        self.M = shell.basis.mass(shell.material.density)
         self._Mr = (self._Es.T @ self.M @ self._Es).tocsr()
-        extent = np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0)
+        extent = np.ptp(shell.basis.reference.value.reshape(-1, d), axis=0)
         self._tolerance, self._limit = tolerance * float(extent.max()), max_iterations
 
     @cached_property
@@ -132,7 +125,7 @@ class ShellStructure:
     def area(self, coefficients: np.ndarray) -> float:
         """Current area of the shell."""
         basis = self.shell.basis
-        jets = basis.jets(coefficients.reshape(-1, 3)[: self._n // 3])
+        jets = basis.jets(coefficients.reshape(-1, self._d)[: self._n // self._d])
         ratio = np.linalg.norm(jets.normal, axis=-1)
         ratio /= np.linalg.norm(basis.reference.normal, axis=-1)
         return float((ratio * basis.dx).sum())
@@ -175,7 +168,7 @@ class ShellStructure:
                 gradient, tangent = gradient + lam * dQ, tangent + lam * ddQ
                 row, defect = Es.T @ dQ, Q - volume
             if follower is not None:
-                force, slope = follower((start.ravel() + self.E @ q).reshape(-1, 3))
+                force, slope = follower((start.ravel() + self.E @ q).reshape(-1, self._d))
                 gradient = gradient - force.ravel()[: self._n]
                 tangent = tangent - slope[: self._n, : self._n]
             K = Es.T @ tangent @ Es
@@ -264,7 +257,7 @@ class ShellStructure:
             operator,
             damping=action,
         )
-        increment = (self.E @ result.x).reshape(-1, 3)
+        increment = (self.E @ result.x).reshape(-1, self._d)
         new = ShellState(
             state.t + dt, state.coefficients + increment, increment / dt, -result.multiplier
         )
@@ -374,7 +367,7 @@ class ShellStructure:
             coefficients, np.zeros_like(linear), pressure, volume, linear, None, follower
         )
         ok = result.outcome is newton.Outcome.CONVERGED
-        increment = (self.E @ result.x).reshape(-1, 3) if ok else np.zeros_like(coefficients)
+        increment = (self.E @ result.x).reshape(-1, self._d) if ok else np.zeros_like(coefficients)
         new = ShellState(
             0.0,
             coefficients + increment,

@@ -14,7 +14,8 @@ from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
-from skfem import MeshQuad
+from scipy.sparse import csr_matrix, identity, kron
+from skfem import BilinearForm, MeshQuad
 from skfem.assembly.basis import AbstractBasis
 from skfem.element import DiscreteField, ElementQuad1
 
@@ -102,6 +103,8 @@ class SurfaceBasis(AbstractBasis):
         A reference whose tangents are parallel at a quadrature point, or of a wrong shape.
     """
 
+    dimension = 3  # of the space the surface lies in
+
     def __init__(
         self,
         surface: SplineSurface,
@@ -138,6 +141,13 @@ class SurfaceBasis(AbstractBasis):
         )
         self.Nbfun = dofs.shape[0]
         self.basis = _Components(self, components)
+
+    def mass(self, density: float) -> csr_matrix:
+        """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
+        points = round(self.X.shape[1] ** 0.5)
+        scalar = SurfaceBasis(self.surface, self.reference, points, components=1)
+        form = BilinearForm(lambda u, v, w: density * u * v)
+        return kron(form.assemble(scalar), identity(3), format="csr")
 
     @cached_property
     def _sizes(self) -> tuple[np.ndarray, np.ndarray]:

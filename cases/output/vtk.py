@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from coupling.protocols import AcceptedStep, Outcome
 
 FOLDER = "fields"
-CELLS = {"quads": "quad", "triangles": "triangle"}
+CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
 
 
 class Sampler(Protocol):
@@ -115,7 +115,7 @@ def write_frames(path: Path, frames: Sequence[tuple[float, str]]) -> None:
 
 
 def write_grid(path: Path, grid: Mapping[str, Any]) -> None:
-    """One VTU file from ``points``, ``quads`` or ``triangles``, ``point_data``, ``cell_data``."""
+    """One VTU file from ``points``, cells by name in `CELLS`, ``point_data``, ``cell_data``."""
     import meshio
 
     mesh = meshio.Mesh(
