@@ -123,7 +123,8 @@ class Coupling:
     """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
 
     ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
-    fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
+    fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment,
+    ``absolute_tolerance`` in units of L.
     """
 
     scheme: str = rule("implicit", choices=SCHEMES)

@@ -77,7 +77,7 @@ class Simulation:
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
     inspect: Callable[[np.ndarray], Result | None] | None = None
     checkpoint_every: int = 10
-    integrator: Integrator = BackwardEuler()
+    integrator: Integrator = field(default_factory=BackwardEuler)
     collision: Collision | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
