@@ -12,15 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.automatic import Automatic
 from coupling.contact import minimum_gap
-from coupling.fixed_point import Partitioned
-from coupling.implicit import Implicit, StructureOnly
+from coupling.implicit import StructureOnly
 from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import Recorder, State
-from coupling.quasi_newton import QuasiNewton
-from coupling.relaxation import Aitken, Constant, GaussSeidel
-from coupling.stability import contraction_measured, starting_relaxation
+from coupling.stability import contraction_measured
 from coupling.step_control import StepControl
 from coupling.time_loop import Simulation, Tolerances
 from shells.dynamics import ShellStructure
@@ -36,6 +32,8 @@ from .geometry import initial_bag
 from .geometry.bag import Bag
 from .inflow import prescribed_volume
 from .preflight import contraction
+from .schemes import iterations
+from .schemes import scheme as named_scheme
 
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
@@ -89,19 +87,7 @@ def scheme(scene: Scene) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
-    c, rho = scene.coupling, contraction(scene)
-    first = starting_relaxation(c.relaxation, rho)
-    implicit = Implicit(c.dense_limit)
-    schemes: Mapping[str, Callable[[], object]] = {
-        "implicit": lambda: implicit,
-        "semi-implicit": lambda: Implicit(c.dense_limit, passes=1),
-        "auto": lambda: Automatic(rho / scene.time.dt, Partitioned(GaussSeidel()), implicit),
-        "iqn-ils": lambda: Partitioned(QuasiNewton(first)),
-        "aitken": lambda: Partitioned(Aitken(first)),
-        "constant": lambda: Partitioned(Constant(c.relaxation)),
-        "gauss-seidel": lambda: Partitioned(GaussSeidel()),
-    }
-    return schemes[c.scheme]()
+    return named_scheme(scene.coupling, contraction(scene), scene.time.dt)
 
 
 def measured_contraction(scene: Scene, state: State | None = None) -> float:
@@ -216,8 +202,7 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     sampler = Sampler(body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
     t = scene.time
-    implicit = scene.coupling.scheme in ("implicit", "semi-implicit")
-    limit = scene.coupling.max_iterations or (6 if implicit else 30)
+    limit = iterations(scene.coupling)
     volume: Callable[[float], float] = prescribed_volume(
         scene.inflow, shell.volume(body.coefficients)
     )

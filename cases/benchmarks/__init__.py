@@ -19,6 +19,9 @@ class Entry:
 
 
 BENCHMARKS: Mapping[str, Entry] = {
+    "coupling": Entry(
+        "cases.benchmarks.coupling", "coupling schemes: contraction, assemblies, seconds, failures"
+    ),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
