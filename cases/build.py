@@ -90,6 +90,11 @@ def scheme(scene: Scene) -> object:
     return named_scheme(scene.coupling, contraction(scene), scene.time.dt)
 
 
+def chosen(scene: Scene) -> object:
+    """The scene's scheme."""
+    return scheme(scene)
+
+
 def measured_contraction(scene: Scene, state: State | None = None) -> float:
     """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
     body = initial_bag(scene)

@@ -223,9 +223,7 @@ class _Loop:
 
     def _note(self, text: str) -> None:
         logger.info("step %d: %s", self.step + 1, text)
-        for recorder in self.sim.recorders:
-            if hasattr(recorder, "on_note"):
-                recorder.on_note(self.step + 1, text)
+        self.tell("on_note", self.step + 1, text)
 
     def _reject(self, cause: Result, iterations: int, t: float, dt: float) -> None:
         self.counts.rejected += 1

@@ -69,6 +69,11 @@ def scheme(scene: Scene, body: PlanarBag) -> object:
     return named_scheme(scene.coupling, rho, scene.time.dt)
 
 
+def chosen(scene: Scene) -> object:
+    """The scene's scheme."""
+    return scheme(scene, bag(scene))
+
+
 def measured_contraction(scene: Scene, state: State | None = None) -> float:
     """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
     body = bag(scene)

@@ -36,7 +36,7 @@ def sheets(n=8, gap=0.1):
     i, j = (v.ravel() for v in np.meshgrid(range(n - 1), range(n - 1), indexing="ij"))
     a, b, c, d = i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1
     cell = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    points = np.concatenate([low, low + [0.03, 0.02, gap]])
+    points = np.concatenate([low, low + np.array([0.03, 0.02, gap])])
     return (
         points,
         np.concatenate([cell, cell[:, ::-1] + n * n]),
@@ -57,7 +57,9 @@ def test_motion_of_two_sheets(engine):
     touching = Collision(test.sample, triangles, upper, engine)
     lowered = points + np.where(np.arange(len(points)) >= len(points) // 2, 1.0, 0.0)[:, None] * [
         0.0, 0.0, -0.25]  # fmt: skip
-    assert test.inspect(points, points + [3.0, -2.0, 5.0]) is None  # rigid motions are free
+    assert (
+        test.inspect(points, points + np.array([3.0, -2.0, 5.0])) is None
+    )  # rigid motions are free
     assert test.inspect(points, points + 0.3 * (lowered - points)) is None
     # the sheets lie apart before and after: only the path tells
     assert test.inspect(points, lowered) is Result.SELF_INTERSECTION

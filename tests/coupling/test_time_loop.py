@@ -75,6 +75,8 @@ class Log:
     def on_rejected(self, rejection):
         self.rejected.append(rejection)
 
+    def on_note(self, step, text): ...
+
     def on_checkpoint(self, snapshot):
         self.snapshots.append(snapshot)
 
