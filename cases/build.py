@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import block_diag
 
-from coupling import certify
 from coupling.contact import minimum_gap
-from coupling.fixed_point import Partitioned
-from coupling.implicit import Implicit, StructureOnly
-from coupling.protocols import Recorder, Result, State
-from coupling.relaxation import Aitken, Constant, GaussSeidel
-from coupling.stability import starting_relaxation
-from coupling.time_loop import Simulation, StepControl, Tolerances
+from coupling.implicit import StructureOnly
+from coupling.integrator import BDF2, BackwardEuler
+from coupling.protocols import Recorder, State
+from coupling.stability import contraction_measured
+from coupling.step_control import StepControl
+from coupling.time_loop import Simulation, Tolerances
 from shells.dynamics import ShellStructure
 from shells.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.material import Material
@@ -28,13 +26,15 @@ from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
+from .contact import collision
 from .geometry import initial_bag
 from .geometry.bag import Bag
 from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
 from .preflight import compression, contraction, fluid_budget, quadrature
+from .schemes import iterations
+from .schemes import scheme as named_scheme
 
-CERTIFIED_SAMPLES = 4  # points per element side of the mesh that certifies a configuration
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
@@ -87,14 +87,21 @@ def scheme(scene: Scene) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
-    c = scene.coupling
-    if c.scheme == "implicit":
-        return Implicit()
-    if c.scheme == "gauss-seidel":
-        return Partitioned(GaussSeidel())
-    if c.scheme == "constant":
-        return Partitioned(Constant(c.relaxation))
-    return Partitioned(Aitken(starting_relaxation(c.relaxation, contraction(scene))))
+    return named_scheme(scene.coupling, contraction(scene), scene.time.dt)
+
+
+def chosen(scene: Scene) -> object:
+    """The scene's scheme."""
+    return scheme(scene)
+
+
+def measured_contraction(scene: Scene, state: State | None = None) -> float:
+    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
+    body = initial_bag(scene)
+    c = body.coefficients if state is None else state.coefficients
+    state = State(0.0, c, np.zeros_like(c)) if state is None else state
+    inverse = structure(scene, body).linearised(state, scene.time.dt)
+    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
 
 
 @dataclass(frozen=True)
@@ -123,16 +130,6 @@ class Sampler:
             normal = np.cross(s @ c, t @ c)
             normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
         return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
-
-    @cached_property
-    def certificate(self) -> certify.Certificate:
-        """Check against self-intersection of the whole bag."""
-        x = np.linspace(0.0, 1.0, CERTIFIED_SAMPLES)
-        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-        parts = (self.body.membrane, self.body.patch)
-        sampling = block_diag([part.sample(xi, eta) for part in parts], format="csr")
-        cells = certify.grid_triangles(sum(p.n_elements for p in parts), CERTIFIED_SAMPLES)
-        return certify.Certificate(sampling, cells, self.body.coefficients)
 
     def surface_grid(
         self,
@@ -196,10 +193,6 @@ def skipped(scene: Scene) -> list[str]:
         skips.append("fluid: uniform pressure, no boundary integrals")
     else:
         skips += _fluid_skipped(scene)
-    if scene.coupling.certify == "off":
-        skips.append("certificate against self-intersection: coupling.certify is 'off'")
-    elif not certify.available():
-        skips.append("certificate against self-intersection: needs pip install 'airfold[contact]'")
     return skips
 
 
@@ -226,7 +219,7 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     sampler = Sampler(body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
     t = scene.time
-    limit = scene.coupling.max_iterations or (6 if scene.coupling.scheme == "implicit" else 30)
+    limit = iterations(scene.coupling)
     volume: Callable[[float], float] = prescribed_volume(
         scene.inflow, shell.volume(body.coefficients)
     )
@@ -237,22 +230,25 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
             found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
         return found
 
-    certified = scene.coupling.certify != "off" and certify.available()
-
-    def inspect(coefficients: np.ndarray) -> Result | None:
-        crossed = sampler.certificate.intersects(coefficients)
-        return Result.SELF_INTERSECTION if crossed else None
-
     return Simulation(
         structure=shell,
         fluid=fluid(scene, body),
         scheme=scheme(scene),
         volume=volume,
         initial=start,
-        control=StepControl(t.dt, t.end, t.step_growth, t.dt_floor),
+        control=StepControl(
+            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
+        ),
         tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
         recorders=recorders,
         diagnostics=diagnostics,
-        inspect=inspect if certified else None,
         checkpoint_every=scene.output.checkpoint_every,
+        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
+        collision=_collision(scene, body),
     )
+
+
+def _collision(scene: Scene, body: Bag) -> object | None:
+    if scene.contact.test == "off":
+        return None
+    return collision(body, scene.contact.tessellate, scene.contact.engine)

@@ -10,12 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from typing import Any, ClassVar
 
 # Shapes a scene may name, and whether they have a patch the fluid flows in through.
 GEOMETRIES: Mapping[str, bool] = {"pancake": True, "pillow": True, "sphere": False}
 FOLDS = ("flat", "accordion", "roll", "double")
+
+
+SCHEMES = (
+    "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
+)  # fmt: skip
 
 
 def rule(default: Any, **limits: Any) -> Any:
@@ -130,30 +134,47 @@ class Inflow:
 class Time:
     """Largest step and end time; dt grows by ``step_growth``, ends the run below ``dt_floor``.
 
-    ``dt_floor = 0`` means ``dt / 2**20``.
+    ``dt_floor = 0`` means ``dt / 2**20``. ``error`` is the tolerated local error of a step (root
+    mean square of the displacement, units of L), ``closing`` the fraction of the smallest gap a
+    step may close; 0 switches either off.
     """
 
     dt: float = rule(16.0, above=0.0)
     end: float = rule(800.0, above=0.0)
     step_growth: float = rule(1.5, least=1.0)
     dt_floor: float = rule(0.0, least=0.0)
+    integrator: str = rule("backward-euler", choices=("backward-euler", "bdf2"))
+    error: float = rule(0.0, least=0.0)
+    closing: float = rule(0.5, least=0.0)
 
 
 @dataclass(frozen=True)
 class Coupling:
     """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
 
-    ``tolerance`` is relative to the step's increment, ``absolute_tolerance`` in units of L.
-    ``certify`` rejects steps that end in a self-intersection: "on" needs the extra ``contact``,
-    "available" does without where it is not installed.
+    ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
+    fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment,
+    ``absolute_tolerance`` in units of L.
     """
 
-    scheme: str = rule("implicit", choices=("implicit", "gauss-seidel", "constant", "aitken"))
+    scheme: str = rule("implicit", choices=SCHEMES)
     relaxation: float = rule(0.5, above=0.0, most=1.0)
+    dense_limit: int = rule(4000, least=0)
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
-    certify: str = rule("off", choices=("off", "on", "available"))
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
+
+    ``engine`` "auto" takes ipctk where it is installed, else the conservative bound.
+    """
+
+    test: str = rule("on", choices=("on", "off"))
+    engine: str = rule("auto", choices=("auto", "ipctk", "bound"))
+    tessellate: int = rule(3, least=1, most=16)
 
 
 @dataclass(frozen=True)
@@ -229,6 +250,7 @@ class Scene:
     inflow: Inflow = Inflow()
     time: Time = Time()
     coupling: Coupling = Coupling()
+    contact: Contact = Contact()
     output: Output = Output()
     physical: Physical | None = None
 
@@ -251,6 +273,7 @@ SECTIONS: Mapping[str, type] = {
     "inflow": Inflow,
     "time": Time,
     "coupling": Coupling,
+    "contact": Contact,
     "output": Output,
     "physical": Physical,
 }
@@ -323,8 +346,6 @@ def impossible(scene: Scene) -> list[str]:
         ),
     ]
     folds = _impossible_folds(g, m) if g.kind == "pillow" else []
-    if scene.coupling.certify == "on" and find_spec("ipctk") is None:
-        folds.append("coupling.certify: 'on' needs ipctk: pip install 'airfold[contact]'")
     return [message for wrong, message in cases if wrong] + folds
 
 

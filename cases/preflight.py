@@ -23,7 +23,7 @@ from .geometry.bag import Bag
 NEAR_PAIRS_PER_POINT = 24
 GIGABYTE = 2.0**30
 # Measured: partitioned schemes converge up to these contractions.
-LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0}
+LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
 
 
 @dataclass(frozen=True)

@@ -205,6 +205,7 @@ def _run(
                 recorders.progress.volume = float(start_volume[0]) if start_volume.size else None
             simulation = build.simulation(scene, recorders.in_order())
             record.compression = getattr(simulation.fluid, "statistics", {})
+            _contraction(scene, build, record, console)
         with record.phase("run"):
             outcome = simulation.run(snapshot)
         return Finished(outcome, _picture(scene, folder, record))
@@ -216,6 +217,23 @@ def _run(
         raise
     finally:
         recorders.progress.stop()
+
+
+def _contraction(scene: Scene, build: ModuleType, record: RunRecord, console: Console) -> None:
+    """rho before and measured, where the scheme is chosen by it (costs one assembly)."""
+    if scene.coupling.scheme != "auto" or not hasattr(build, "measured_contraction"):
+        return
+    if scene.fluid.model != "stokes":
+        return
+    scheme = build.chosen(scene)
+    measured = build.measured_contraction(scene)
+    record.contraction(scheme.rate * scene.time.dt, measured)
+    console.print(
+        f"contraction rho: {scheme.rate * scene.time.dt:.3g} a priori, {measured:.3g} measured at "
+        f"the start; below {scheme.limit:g} gauss-seidel, else implicit",
+        markup=False,
+        highlight=False,
+    )
 
 
 def _factory(scene: Scene) -> ModuleType:

@@ -30,6 +30,13 @@ class StepProblem:
         ``absolute_tolerance`` (first steps hardly move).
     report : callable
         ``report(iteration, residual, relaxation, converged)``.
+    state, dt
+        What the structure steps from and over: the accepted state for backward Euler, the
+        combination of past states that an `integrator` of higher order makes of it.
+    before : (n_full, 3) array, optional
+        Accepted coefficients, which increments are measured from; default those of ``state``.
+    inspect : callable
+        Why a configuration must not be assembled (None: it may); called before every assembly.
     """
 
     structure: Structure
@@ -41,16 +48,27 @@ class StepProblem:
     absolute_tolerance: float
     max_iterations: int
     report: Callable[[int, float, float, bool], None]
+    before: np.ndarray | None = None
+    inspect: Callable[[np.ndarray], Result | None] = lambda coefficients: None
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Coefficients at the start of the step."""
+        return self.state.coefficients if self.before is None else self.before
 
     @property
     def predictor(self) -> np.ndarray:
         """Configuration extrapolated with the last velocity."""
         return self.state.coefficients + self.dt * self.state.velocity
 
+    def first_geometry(self) -> np.ndarray:
+        """The predictor, or the accepted configuration where the predictor folds over itself."""
+        return self.predictor if self.inspect(self.predictor) is None else self.accepted
+
     def converged(self, change: np.ndarray, new: np.ndarray) -> tuple[bool, float]:
         """Whether ``change`` is small against the step's increment, and its relative size."""
         size = self.structure.measure(change)
-        increment = self.structure.measure(new - self.state.coefficients)
+        increment = self.structure.measure(new - self.accepted)
         bound = self.tolerance * increment + self.absolute_tolerance
         return size <= bound, size / max(increment, 1e-300)
 
@@ -68,6 +86,8 @@ class Attempt:
     assemblies: int = 0
     newton_iterations: int = 0
     krylov_iterations: int = 0
+    frozen_solves: int = 0
+    notes: tuple[str, ...] = ()
 
 
 class Scheme(Protocol):

@@ -3,6 +3,8 @@
 On a frozen geometry the fluid is a linear map of the velocity, ``load = R v``; it enters the
 structure's Newton iteration as damping ``-R``. Only the geometry is iterated, and that contracts
 fast at any mass ratio: 2 to 4 assemblies a step, where partitioned schemes need m dt S < 20.
+R is a dense block while that is small; beyond, the structure applies it inside GMRES, one frozen
+fluid solve an iteration.
 """
 
 from __future__ import annotations
@@ -15,9 +17,11 @@ from scipy.sparse.linalg import LinearOperator
 from .attempt import Attempt, Memory, StepProblem
 from .protocols import Result
 
+DENSE_LIMIT = 4000  # vector dofs up to which the dense response is cheaper than its Krylov solves
 
-class Damping:
-    """``-R`` of a fluid response R, dense on request."""
+
+class DenseDamping:
+    """``-R`` of a fluid response R as an array on request."""
 
     def __init__(self, response: LinearOperator):
         self._response = response
@@ -29,9 +33,33 @@ class Damping:
         return -(self._response @ velocity)
 
 
+class MatrixFreeDamping(LinearOperator):
+    """``-R`` by its action only; counts the frozen fluid solves."""
+
+    def __init__(self, response: LinearOperator):
+        super().__init__(dtype=np.dtype(float), shape=response.shape)
+        self._response, self.solves = response, 0
+
+    def _matvec(self, velocity: np.ndarray) -> np.ndarray:
+        self.solves += 1
+        return -(self._response @ velocity)
+
+
 @dataclass(frozen=True)
 class Implicit:
-    """Geometry iteration around the implicit solve; no memory between steps."""
+    """Geometry iteration around the implicit solve; no memory between steps.
+
+    Parameters
+    ----------
+    dense_limit : int
+        Size of the response up to which it is made dense; 0 never does.
+    passes : int
+        1 is semi-implicit: the geometry is the predictor's, its error first order in dt and not
+        controlled. 0 iterates the geometry until it stands.
+    """
+
+    dense_limit: int = DENSE_LIMIT
+    passes: int = 0
 
     def init(self) -> Memory:
         return {}
@@ -39,20 +67,29 @@ class Implicit:
     def reset(self, memory: Memory) -> Memory:
         return memory
 
+    def _damping(self, response: LinearOperator) -> DenseDamping | MatrixFreeDamping:
+        small = response.shape[0] <= self.dense_limit and hasattr(response, "dense")
+        return DenseDamping(response) if small else MatrixFreeDamping(response)
+
     def attempt(self, problem: StepProblem, memory: Memory) -> Attempt:
-        geometry, guess, newton = problem.predictor, None, 0
-        structure = problem.structure
-        for i in range(1, problem.max_iterations + 1):
+        geometry, guess, newton, solves = problem.first_geometry(), None, 0, 0
+        structure, limit = problem.structure, self.passes or problem.max_iterations
+        for i in range(1, limit + 1):
+            cause = problem.inspect(geometry)
+            if cause is not None:
+                return Attempt(cause, None, iterations=i, assemblies=i - 1)
             operator = problem.fluid.assemble(geometry)
-            damping = Damping(operator.response())
+            damping = self._damping(operator.response())
             step = structure.step(
                 problem.state, None, problem.dt, problem.volume, damping=damping, guess=guess
             )
             newton += step.newton_iterations
+            solves += getattr(damping, "solves", 0)
             if not step.ok:
                 return Attempt(Result.NEWTON, None, iterations=i, assemblies=i)
             new = step.state.coefficients
             done, size = problem.converged(new - geometry, new)
+            done = done or i == self.passes
             problem.report(i, size, 1.0, done)
             if done:
                 traction = operator.traction(step.state.velocity)
@@ -66,6 +103,7 @@ class Implicit:
                     assemblies=i,
                     newton_iterations=newton,
                     krylov_iterations=traction.iterations,
+                    frozen_solves=solves,
                 )
             geometry = guess = new
         return Attempt(Result.COUPLING, None, iterations=i, assemblies=i)

@@ -36,6 +36,7 @@ class Result(enum.Enum):
         "the membrane reached the inflow patch, where no lubrication keeps it away; stop the "
         "outflow earlier or clamp the rim"
     )
+    TIME_ERROR = "the local time error exceeds its tolerance; the step is repeated with a lower dt"
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
 
     @property
@@ -235,5 +236,8 @@ class Recorder(Protocol):
     def on_rejected(self, rejection: Rejection) -> None: ...
 
     def on_checkpoint(self, snapshot: Snapshot) -> None: ...
+
+    def on_note(self, step: int, text: str) -> None:
+        """Something a reader of the log should know: a scheme changed, a step was limited."""
 
     def close(self, outcome: Outcome) -> None: ...

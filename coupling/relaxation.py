@@ -7,8 +7,9 @@ memory, `next_step` carries memory to the next time step. Aitken: ``w <- -w <r_o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,19 +23,33 @@ class Memory:
 
 
 class Relaxation(Protocol):
-    """What `fixed_point` asks of a relaxation."""
+    """What `fixed_point` asks of a relaxation; memories have a ``factor`` for the log."""
 
-    def init(self) -> Memory: ...
+    def init(self) -> Any: ...
 
-    def step(
-        self, memory: Memory, x: np.ndarray, residual: np.ndarray
-    ) -> tuple[np.ndarray, Memory]: ...
+    def step(self, memory: Any, x: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, Any]: ...
 
-    def next_step(self, memory: Memory) -> Memory: ...
+    def next_step(self, memory: Any) -> Any: ...
+
+    def pack(self, memory: Any) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps, as arrays."""
+
+    def unpack(self, arrays: Mapping[str, np.ndarray]) -> Any:
+        """Memory from what `pack` wrote."""
+
+
+class _Factor:
+    """Checkpoints of relaxations whose memory is a factor."""
+
+    def pack(self, memory: Memory) -> dict[str, np.ndarray]:
+        return {"factor": np.array(memory.factor)}
+
+    def unpack(self, arrays: Mapping[str, np.ndarray]) -> Memory:
+        return Memory(float(arrays["factor"]))
 
 
 @dataclass(frozen=True)
-class Constant:
+class Constant(_Factor):
     """A fixed factor in (0, 1]; 1 is Gauss-Seidel.
 
     Raises
@@ -67,7 +82,7 @@ def GaussSeidel() -> Constant:
 
 
 @dataclass(frozen=True)
-class Aitken:
+class Aitken(_Factor):
     """Dynamic relaxation from the last two residuals."""
 
     initial: float = 0.5

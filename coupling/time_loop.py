@@ -10,11 +10,13 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .attempt import Attempt, Scheme, StepProblem
+from .collision import Collision
+from .integrator import BackwardEuler, Integrator
 from .protocols import (
     AcceptedStep,
     Fluid,
@@ -27,24 +29,12 @@ from .protocols import (
     State,
     Structure,
 )
+from .step_control import CONTACTS, StepControl
 
 logger = logging.getLogger(__name__)
 
 SUMS = ("pressure_work", "fluid_work", "dissipation")
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """Step size: the scene's dt is the ceiling; a dt below the floor ends the run."""
-
-    dt: float
-    end: float
-    growth: float = 1.5
-    floor: float = 0.0
-
-    @property
-    def smallest(self) -> float:
-        return self.floor or self.dt / 2**20
+PATIENCE = 3  # rejections in a row at the inflow patch, which no smaller step cures
 
 
 @dataclass(frozen=True)
@@ -67,10 +57,13 @@ class Simulation:
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
     inspect : callable, optional
-        Why a configuration must not be accepted, or None. A run that ends at the floor of its
-        step because of it has this `Result`.
+        Why a configuration must not be assembled or accepted, or None. A run that ends at the
+        floor of its step because of it has this `Result`.
     checkpoint_every : int
         Steps between checkpoints.
+    integrator : Integrator
+    collision : Collision, optional
+        Tests every predicted, iterated and accepted configuration.
     """
 
     structure: Structure
@@ -84,6 +77,8 @@ class Simulation:
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
     inspect: Callable[[np.ndarray], Result | None] | None = None
     checkpoint_every: int = 10
+    integrator: Integrator = field(default_factory=BackwardEuler)
+    collision: Collision | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
         """Advance to the end time, from a checkpoint if one is given.
@@ -106,11 +101,13 @@ class _Counts:
     assemblies: int = 0
     newton: int = 0
     krylov: int = 0
+    frozen_solves: int = 0
 
     def add(self, attempt: Attempt) -> None:
         self.assemblies += attempt.assemblies
         self.newton += attempt.newton_iterations
         self.krylov += attempt.krylov_iterations
+        self.frozen_solves += attempt.frozen_solves
 
 
 @dataclass
@@ -120,7 +117,6 @@ class _Loop:
     sim: Simulation
     start: Snapshot | None
     counts: _Counts = field(default_factory=_Counts)
-    obstacle: Result | None = None  # what the configurations rejected since the last step met
 
     def __post_init__(self) -> None:
         sim = self.sim
@@ -129,32 +125,40 @@ class _Loop:
             self.sums = dict.fromkeys(SUMS, 0.0)
             energies = sim.structure.energies(sim.initial)
             self.sums["energy_start"] = sum(energies.values())
-            self.memory = sim.scheme.init()
+            self.memory, self.past = sim.scheme.init(), {}
         else:
             self.step, self.dt, self.state = self.start.step, self.start.dt, self.start.state
-            self.sums, self.memory = dict(self.start.accumulated), dict(self.start.memory)
+            self.sums = dict(self.start.accumulated)
+            self.past = {k[5:]: v for k, v in self.start.memory.items() if k.startswith("past.")}
+            self.memory = {k: v for k, v in self.start.memory.items() if not k.startswith("past.")}
         self.clock = time.perf_counter()
         self.pending = _Counts()
+        self.causes: list[Result] = []  # of the rejections since the last accepted step
+        self.gap = float("inf")
 
     def tell(self, event: str, *args: object) -> None:
         for recorder in self.sim.recorders:
             getattr(recorder, event)(*args)
 
     def snapshot(self) -> Snapshot:
-        return Snapshot(self.step, self.dt, self.state, dict(self.sums), dict(self.memory))
+        memory = {**self.memory, **{f"past.{k}": v for k, v in self.past.items()}}
+        return Snapshot(self.step, self.dt, self.state, dict(self.sums), memory)
 
     def run(self, steps: int | None) -> Outcome:
         control = self.sim.control
+        row = self._row(None, 0.0)
+        self.gap = row.get("min_gap", self.gap)
         if self.start is None:
-            self.tell("on_start", AcceptedStep(0, self.state, self._row(None, 0.0), None))
+            self.tell("on_start", AcceptedStep(0, self.state, row, None))
             self.tell("on_checkpoint", self.snapshot())
         result, last = Result.COMPLETED, self.step if steps is None else self.step + steps
         while control.end - self.state.t > 1e-9 * control.dt:
             if steps is not None and self.step >= last:
                 result = Result.STOPPED
                 break
-            if self.dt < control.smallest:
-                result = self.obstacle or Result.STEP_FLOOR
+            if self.dt < control.smallest or self._stuck():
+                contact = self.causes and self.causes[-1] in CONTACTS
+                result = self.causes[-1] if contact else Result.STEP_FLOOR
                 break
             self._advance(min(self.dt, control.end - self.state.t))
         # before close: a run that ends here resumes from its last accepted step
@@ -173,55 +177,105 @@ class _Loop:
                 Iteration(self.step + 1, t, dt, iteration, residual, relaxation, converged),
             )
 
+        base, length = sim.integrator.base(self.state, self.past, dt)
         problem = StepProblem(
             sim.structure,
             sim.fluid,
-            self.state,
-            dt,
+            base,
+            length,
             sim.volume(t),
             sim.tolerances.relative,
             sim.tolerances.absolute,
             sim.tolerances.max_iterations,
             report,
+            self.state.coefficients,
+            self._inspect,
         )
         attempt = sim.scheme.attempt(problem, self.memory)
         self.counts.add(attempt)
         self.pending.add(attempt)
-        if attempt.cause is None and sim.inspect is not None:
-            attempt = replace(attempt, cause=sim.inspect(attempt.step.state.coefficients))
-        if attempt.cause is not None:
-            self._reject(attempt, t, dt)
+        for note in attempt.notes:
+            self._note(note)
+        cause, error = attempt.cause, 0.0
+        if cause is None:
+            cause = self._inspect(attempt.step.state.coefficients)
+        if cause is None and sim.control.error > 0.0:
+            after = attempt.step.state
+            estimate = sim.integrator.error(self.state, after, self.past, dt)
+            error = sim.structure.measure(estimate)
+            cause = Result.TIME_ERROR if sim.control.too_inaccurate(error) else None
+        if cause is not None:
+            self._reject(cause, attempt.iterations, t, dt)
         else:
-            self._accept(attempt, dt)
+            self._accept(attempt, dt, (base, length), error)
 
-    def _reject(self, attempt: Attempt, t: float, dt: float) -> None:
+    def _inspect(self, coefficients: np.ndarray) -> Result | None:
+        """Why a configuration cannot be reached from the accepted one."""
+        if not np.all(np.isfinite(coefficients)):
+            return Result.GEOMETRY
+        found = self.sim.inspect(coefficients) if self.sim.inspect is not None else None
+        if found is not None or self.sim.collision is None:
+            return found
+        return self.sim.collision.inspect(self.state.coefficients, coefficients)
+
+    def _stuck(self) -> bool:
+        return self.causes[-PATIENCE:] == [Result.INLET_CONTACT] * PATIENCE
+
+    def _note(self, text: str) -> None:
+        logger.info("step %d: %s", self.step + 1, text)
+        self.tell("on_note", self.step + 1, text)
+
+    def _reject(self, cause: Result, iterations: int, t: float, dt: float) -> None:
         self.counts.rejected += 1
-        if attempt.cause in (Result.SELF_INTERSECTION, Result.INLET_CONTACT):
-            self.obstacle = attempt.cause
+        self.causes.append(cause)
         self.memory = self.sim.scheme.reset(self.memory)
         self.dt = 0.5 * dt
-        logger.info("step %d rejected at dt = %g: %s", self.step + 1, dt, attempt.cause.name)
-        self.tell("on_rejected", Rejection(self.step + 1, t, dt, attempt.cause, attempt.iterations))
+        logger.info("step %d rejected at dt = %g: %s", self.step + 1, dt, cause.name)
+        self.tell("on_rejected", Rejection(self.step + 1, t, dt, cause, iterations))
 
-    def _accept(self, attempt: Attempt, dt: float) -> None:
-        control, before = self.sim.control, self.state
+    def _accept(
+        self, attempt: Attempt, dt: float, euler: tuple[State, float], error: float
+    ) -> None:
+        before, base, length = self.state, *euler
+        self.past = self.sim.integrator.past(before, dt)
         self.state, self.memory = attempt.step.state, attempt.memory
         self.step += 1
-        self.obstacle = None
         self.counts.accepted += 1
-        budget = self.sim.structure.budget(before, self.state, attempt.load)
+        self.causes.clear()
+        rate = {}
+        if base is not before:
+            rate = {"acceleration": (self.state.velocity - base.velocity) / length}
+        budget = self.sim.structure.budget(before, self.state, attempt.load, **rate)
         self.sums["pressure_work"] += budget["pressure_work"]
         self.sums["fluid_work"] += budget["load_work"]
         self.sums["dissipation"] += budget["dissipation"]
         growth = self.sim.volume(self.state.t) - self.sim.volume(before.t)
         row = self._row(attempt, dt, growth)
+        self._next_step(attempt, dt, row, error)
         self.pending = _Counts()
-        self.dt = min(control.dt, max(self.dt, dt * control.growth))
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, attempt.traction))
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
             if self.sim.fluid is not None:
                 self.sim.fluid.reset()  # a resumed run starts without what is kept
+
+    def _next_step(
+        self, attempt: Attempt, dt: float, row: Mapping[str, float], error: float
+    ) -> None:
+        gap = row.get("min_gap", float("inf"))
+        speed = (self.gap - gap) / dt if np.isfinite(self.gap) and np.isfinite(gap) else 0.0
+        self.gap = gap
+        self.dt, why = self.sim.control.next(
+            self.dt,
+            dt,
+            effort=attempt.iterations / self.sim.tolerances.max_iterations,
+            error=error,
+            order=self.sim.integrator.order,
+            gap=gap,
+            speed=speed,
+        )
+        if why:
+            self._note(f"next dt = {self.dt:.3g}: {why}")
 
     def _row(self, attempt: Attempt | None, dt: float, growth: float = 0.0) -> dict[str, float]:
         """History columns; the last one is the only one that differs between equal runs."""

@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, splu
 
 from . import newton
+from .damped import DampedFactor
 from .kirchhoff_love import KirchhoffLove
 from .mechanism import Mechanism, mechanism
 from .volume import EnclosedVolume
@@ -144,13 +145,21 @@ class ShellStructure:
         linear: np.ndarray,
         operator: Any,
         follower: Follower | None = None,
+        damping: Callable[[np.ndarray], np.ndarray] | None = None,
     ) -> newton.NewtonResult:
-        """Newton on ``W' - p Q' + linear + operator x``; operator is sparse, dense or None."""
-        Es = self._Es
+        """Newton on ``W' - p Q' + linear + operator x + damping(x)``.
+
+        The operator is sparse, dense or None; the damping is linear and applied inside GMRES.
+        """
+        Es, solver = self._Es, self._linear_solver
+        if damping is not None:
+
+            def solver(tangent: Any) -> DampedFactor:
+                return DampedFactor(self._linear_solver(tangent), damping)
 
         def system(q: np.ndarray, lam: float, with_tangent: bool = True) -> tuple:
             c = start.ravel()[: self._n] + Es @ q
-            if not with_tangent and follower is None:
+            if not with_tangent and follower is None and damping is None:
                 return self._residual(c, q, lam, volume, linear, operator)
             gradient, tangent = self.shell.gradient_and_tangent(c)
             row, defect = None, 0.0
@@ -168,6 +177,8 @@ class ShellStructure:
                 r = r + operator @ q
                 K = K + operator
                 K = np.asarray(K) if isinstance(K, np.matrix) else K
+            if damping is not None:
+                r = r + damping(q)
             return r, K, row, defect
 
         return newton.solve(
@@ -176,7 +187,7 @@ class ShellStructure:
             -pressure,
             tolerance=self._tolerance,
             max_iterations=self._limit,
-            solver=self._linear_solver,
+            solver=solver,
             reuse=self._reuse,
         )
 
@@ -218,8 +229,8 @@ class ShellStructure:
         volume : float or None
             Enclosed volume at the new time.
         damping : optional
-            C with ``C v`` added to the residual: ``(3 n_full, 3 n_full)`` array or an operator
-            with ``dense()``.
+            C with ``C v`` added to the residual: ``(3 n_full, 3 n_full)`` array or an operator;
+            one with ``dense()`` enters the factor, any other is applied inside GMRES.
         guess : (n_full, 3) array, optional
             Start of Newton's iteration; default the predictor ``theta_n + dt v_n``.
         """
@@ -227,12 +238,24 @@ class ShellStructure:
         if load is not None:
             linear -= self.E.T @ load.ravel()
         operator = self._Mr / dt**2
-        if damping is not None:
+        action = None
+        if isinstance(damping, LinearOperator) and not hasattr(damping, "dense"):
+
+            def action(q: np.ndarray) -> np.ndarray:
+                return self.E.T @ (damping @ (self.E @ q)) / dt
+
+        elif damping is not None:
             C = damping.dense() if hasattr(damping, "dense") else damping
             operator = operator.toarray() + (self.E.T @ (self.E.T @ C.T).T) / dt
         start = guess - state.coefficients if guess is not None else dt * state.velocity
         result = self._solve(
-            state.coefficients, self.reduce(start), state.pressure, volume, linear, operator
+            state.coefficients,
+            self.reduce(start),
+            state.pressure,
+            volume,
+            linear,
+            operator,
+            damping=action,
         )
         increment = (self.E @ result.x).reshape(-1, self._d)
         new = ShellState(
@@ -247,11 +270,17 @@ class ShellStructure:
         return {"kinetic": 0.5 * float(v @ (self.M @ v)), "membrane": membrane, "bending": bending}
 
     def budget(
-        self, start: ShellState, end: ShellState, load: np.ndarray | None
+        self,
+        start: ShellState,
+        end: ShellState,
+        load: np.ndarray | None,
+        acceleration: np.ndarray | None = None,
     ) -> dict[str, float]:
         """Work of pressure and load over a step and the integrator's dissipation.
 
-        Backward Euler burns ``1/2 |v_1 - v_0|_M^2`` and, of the stored energy,
+        ``acceleration`` is the integrator's at the end; its kinetic dissipation is
+        ``<M a, d> - (|v_1|_M^2 - |v_0|_M^2) / 2``. Backward Euler (the default) burns
+        ``1/2 |v_1 - v_0|_M^2`` and, of the stored energy,
         ``int_0^1 (W'(theta_1) - W'(theta_0 + s d)).d ds`` (five Gauss points), so that the sum
         with the energies' change measures Newton's residual and nothing else.
         """
@@ -268,11 +297,12 @@ class ShellStructure:
         pressure = 0.0
         if self.enclosed is not None:
             pressure = end.pressure * float(self.enclosed.gradient(c1) @ d)
-        return {
-            "pressure_work": pressure,
-            "load_work": work,
-            "dissipation": 0.5 * float(dv @ (self.M @ dv)) + stored,
-        }
+        kinetic = 0.5 * float(dv @ (self.M @ dv))
+        if acceleration is not None:
+            mean = 0.5 * (end.velocity + start.velocity).ravel()[:n]
+            force = self.M @ acceleration.ravel()[:n]
+            kinetic = float(force @ d) - float(mean @ (self.M @ dv))
+        return {"pressure_work": pressure, "load_work": work, "dissipation": kinetic + stored}
 
     def linearised(self, state: ShellState, dt: float) -> LinearOperator:
         """Inverse of ``M/dt^2 + W'' - p Q''`` under ``Q'(x) = 0``, ``3 n_full`` square."""

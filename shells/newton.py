@@ -136,7 +136,9 @@ def solve(
 def _update(
     solve_with: Callable, residual: np.ndarray, q: np.ndarray | None, g: float
 ) -> tuple[np.ndarray, float]:
-    """Updates of x and of the multiplier by block elimination."""
+    """Updates of x and of the multiplier by block elimination, or by the solver's own way."""
+    if hasattr(solve_with, "bordered"):
+        return solve_with.bordered(residual, q, g)
     if q is None:
         return solve_with(-residual), 0.0
     y = solve_with(np.stack([-residual, q], axis=1))

@@ -25,6 +25,12 @@ BENCHMARKS: Mapping[str, Entry] = {
     "compression": Entry(
         "cases.benchmarks.compression", "ACA and H2 operators against direct sums and FMM3D"
     ),
+    "coupling": Entry(
+        "cases.benchmarks.coupling", "coupling schemes: contraction, assemblies, seconds, failures"
+    ),
+    "integrals": Entry(
+        "cases.benchmarks.integrals", "single and double layer: exact flows, near rules, speed"
+    ),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),

@@ -23,6 +23,9 @@ class Silent:
     def on_rejected(self, rejection: Rejection) -> None:
         pass
 
+    def on_note(self, step: int, text: str) -> None:
+        pass
+
     def on_checkpoint(self, snapshot: Snapshot) -> None:
         pass
 

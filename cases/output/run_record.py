@@ -56,6 +56,7 @@ class RunRecord(Silent):
         self._began = time.perf_counter()
         self._phases: Counter[str] = Counter()
         self._causes: Counter[str] = Counter()
+        self._notes: Counter[str] = Counter()
         old = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         self._session = {"started": datetime.now(UTC).isoformat(timespec="seconds")}
         self._record = {
@@ -89,6 +90,10 @@ class RunRecord(Silent):
         if what not in self._record["skips"]:
             self._record["skips"].append(what)
 
+    def contraction(self, forecast: float, measured: float) -> None:
+        """Note rho at the scene's dt, a priori and by power iteration at the start."""
+        self._record["contraction"] = {"a priori": forecast, "measured": measured}
+
     def write(self) -> None:
         """Replace the file by the present state."""
         self._session["seconds"] = round(time.perf_counter() - self._began, 3)
@@ -107,6 +112,10 @@ class RunRecord(Silent):
     def on_rejected(self, rejection: Rejection) -> None:
         self._causes[rejection.cause.name] += 1
         self._session["rejections"] = dict(self._causes)
+
+    def on_note(self, step: int, text: str) -> None:
+        self._notes[text.split(":")[0].split(" = ")[0]] += 1
+        self._session["notes"] = dict(self._notes)
 
     def on_checkpoint(self, snapshot: Snapshot) -> None:
         self._session.update(step=snapshot.step, t=snapshot.state.t)

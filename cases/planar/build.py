@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.fixed_point import Partitioned
-from coupling.implicit import Implicit, StructureOnly
+from coupling.implicit import StructureOnly
+from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import Recorder, Result, State
-from coupling.relaxation import Aitken, Constant, GaussSeidel
-from coupling.stability import starting_relaxation
-from coupling.time_loop import Simulation, StepControl, Tolerances
+from coupling.stability import contraction_measured
+from coupling.step_control import StepControl
+from coupling.time_loop import Simulation, Tolerances
 from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, crossing, smallest_gap
 from hbem.planar.potential import PlanarPotential
@@ -25,6 +25,8 @@ from shells.planar_shell import PlanarMembrane, PlanarShell
 
 from ..geometry.planar import PlanarBag, planar_bag
 from ..inflow import prescribed_volume
+from ..schemes import iterations
+from ..schemes import scheme as named_scheme
 from .config import Scene
 from .forecast import contraction, final_volume
 
@@ -65,17 +67,22 @@ def scheme(scene: Scene, body: PlanarBag) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
-    c = scene.coupling
-    if c.scheme == "implicit":
-        return Implicit()
-    if c.scheme == "gauss-seidel":
-        return Partitioned(GaussSeidel())
-    if c.scheme == "constant":
-        return Partitioned(Constant(c.relaxation))
-    start = c.relaxation
-    if scene.fluid.model == "stokes":
-        start = starting_relaxation(start, contraction(scene, body))
-    return Partitioned(Aitken(start))
+    rho = contraction(scene, body) if scene.fluid.model == "stokes" else 0.0
+    return named_scheme(scene.coupling, rho, scene.time.dt)
+
+
+def chosen(scene: Scene) -> object:
+    """The scene's scheme."""
+    return scheme(scene, bag(scene))
+
+
+def measured_contraction(scene: Scene, state: State | None = None) -> float:
+    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
+    body = bag(scene)
+    c = body.coefficients if state is None else state.coefficients
+    state = State(0.0, c, np.zeros_like(c)) if state is None else state
+    inverse = structure(scene, body).linearised(state, scene.time.dt)
+    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
 
 
 @dataclass(frozen=True)
@@ -172,14 +179,17 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         scheme=scheme(scene, body),
         volume=prescribed_volume(final_volume(scene, body, start), start),
         initial=State(0.0, body.coefficients, np.zeros_like(body.coefficients)),
-        control=StepControl(t.dt, t.end, t.step_growth, t.dt_floor),
+        control=StepControl(
+            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
+        ),
         tolerances=Tolerances(
             c.tolerance,
             c.absolute_tolerance,
-            c.max_iterations or (6 if c.scheme == "implicit" else 30),
+            iterations(c),
         ),
         recorders=recorders,
         diagnostics=sampler.diagnostics,
         inspect=sampler.inspect,
+        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
         checkpoint_every=scene.output.checkpoint_every,
     )

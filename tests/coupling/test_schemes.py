@@ -10,9 +10,11 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 from coupling.attempt import StepProblem
+from coupling.automatic import Automatic
 from coupling.fixed_point import Partitioned, iterate
 from coupling.implicit import Implicit, StructureOnly
 from coupling.protocols import Result, State, Traction
+from coupling.quasi_newton import QuasiNewton
 from coupling.relaxation import Aitken, Constant, GaussSeidel, Memory
 
 B = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
@@ -76,6 +78,8 @@ def attempt(scheme, rho, iterations=40):
     ("scheme", "rho"),
     [
         (Implicit(), 1e4),
+        (Implicit(passes=1), 1e4),
+        (Partitioned(QuasiNewton()), 200.0),
         (Partitioned(Aitken()), 15.0),
         (Partitioned(Constant(0.2)), 4.0),
         (Partitioned(GaussSeidel()), 0.4),
@@ -143,3 +147,36 @@ def test_structure_only_has_no_assembly():
 def test_bad_relaxation_is_refused():
     with pytest.raises(ValueError, match=r"\(0, 1\]"):
         Constant(1.5)
+
+
+def automatic(rate):
+    return Automatic(rate, Partitioned(GaussSeidel()), Implicit(), rest=2)
+
+
+def test_small_rho_takes_the_cheap_scheme():
+    result, _ = attempt(automatic(1.0), 0.05)
+    assert result.cause is None
+    assert not result.notes
+    assert result.iterations > 2  # gauss-seidel's, to 1e-10
+    assert "cheap.load" in result.memory
+
+
+def test_large_rho_takes_the_robust_scheme():
+    result, _ = attempt(automatic(1e5), 1e4)
+    assert result.cause is None
+    assert result.assemblies == 2
+
+
+def test_change_when_the_forecast_was_wrong():
+    """rho is 50, the forecast says 0.1: gauss-seidel fails, the step is solved all the same."""
+    result, fluid = attempt(automatic(1.0), 50.0)
+    assert result.cause is None
+    assert result.step.state.coefficients == pytest.approx(B / 51.0, rel=1e-9)
+    assert Result.COUPLING.name in result.notes[0]
+    assert result.assemblies == fluid.assemblies
+    assert int(result.memory["rest"]) == 2
+
+
+def test_memory_holds_arrays_only():
+    result, _ = attempt(automatic(1.0), 0.05)
+    assert all(isinstance(v, np.ndarray) for v in result.memory.values())

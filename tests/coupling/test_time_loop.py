@@ -9,7 +9,8 @@ from coupling.attempt import Attempt
 from coupling.contact import minimum_gap
 from coupling.protocols import Result, State
 from coupling.stability import contraction_forecast
-from coupling.time_loop import Simulation, StepControl
+from coupling.step_control import StepControl
+from coupling.time_loop import Simulation
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,8 @@ class Log:
 
     def on_rejected(self, rejection):
         self.rejected.append(rejection)
+
+    def on_note(self, step, text): ...
 
     def on_checkpoint(self, snapshot):
         self.snapshots.append(snapshot)

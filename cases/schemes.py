@@ -1,0 +1,45 @@
+"""Coupling schemes by name, for scenes in space and in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from coupling.automatic import Automatic
+from coupling.fixed_point import Partitioned
+from coupling.implicit import Implicit
+from coupling.quasi_newton import QuasiNewton
+from coupling.relaxation import Aitken, Constant, GaussSeidel
+from coupling.stability import starting_relaxation
+
+from .config import Coupling
+
+PASSES, SUBITERATIONS = 6, 30  # iterations allowed where the scene says "automatic"
+
+
+def scheme(coupling: Coupling, rho: float, dt: float) -> object:
+    """The scheme a scene names.
+
+    Parameters
+    ----------
+    coupling : Coupling
+    rho : float
+        Contraction of plain subiterations at the step ``dt``, a priori.
+    """
+    first = starting_relaxation(coupling.relaxation, rho)
+    implicit = Implicit(coupling.dense_limit)
+    schemes: Mapping[str, Callable[[], object]] = {
+        "implicit": lambda: implicit,
+        "semi-implicit": lambda: Implicit(coupling.dense_limit, passes=1),
+        "auto": lambda: Automatic(rho / dt, Partitioned(GaussSeidel()), implicit),
+        "iqn-ils": lambda: Partitioned(QuasiNewton(first)),
+        "aitken": lambda: Partitioned(Aitken(first)),
+        "constant": lambda: Partitioned(Constant(coupling.relaxation)),
+        "gauss-seidel": lambda: Partitioned(GaussSeidel()),
+    }
+    return schemes[coupling.scheme]()
+
+
+def iterations(coupling: Coupling) -> int:
+    """Iterations allowed in a step."""
+    implicit = coupling.scheme in ("implicit", "semi-implicit")
+    return coupling.max_iterations or (PASSES if implicit else SUBITERATIONS)
