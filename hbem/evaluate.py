@@ -1,210 +1,179 @@
-"""The flow off the surface: velocity, pressure and stress at given points, up to the wall.
+"""The flow off the surface: velocity, pressure and stress at given points, inside and outside.
 
-With ``tau`` the traction jump, ``lambda`` the viscosity ratio and c = 1 inside, lambda outside,
-
-    c u(x) = V tau - (1 - lambda) K u + lambda u_inf            from [T 5.4]
-
-and for equal viscosities ``p = int r . tau / (4 pi r^3)``,
-``sigma_ij = -3 int r_i r_j (r . tau) / (4 pi r^5)``, in units of the viscosity. Points near the
-wall use the near rules of the operators; a point is inside where ``K[1] = -1``.
+``u = V tau - (1 - lambda) K u + lambda u_inf`` inside, the same over lambda outside [T 5.4]; both
+layers with the near rules of the assembly, so that points may lie close to the wall. The double
+layer acts on the density less its value at the closest point, as K of a constant is known:
+-1 inside, 0 outside (Gauss), which also tells inside from outside.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
+from . import _field_kernels as kernels
 from .closest_point import NearPairs, near_pairs
-from .double_layer import plain_sums
-from .near import Layer, coincidence, near_moments
-from .near_field import FULL
-from .patches import SurfacePatches, tensor_bernstein, tensor_bernstein_gradient
-from .point_sums import single_layer_sums
-from .quadrature import LARGEST, QuadratureOrders, gauss
+from .patches import tensor_bernstein
+from .quadrature import QuadratureOrders, gauss_tables
 from .sampling import SampledSurface
+
+WALL = 1e-6  # relative distance below which a point is on the wall
+RULE = (8.0, 2.6)  # nodes on each side of the closest point: 8 + 2.6 ln(h / d)
+SYMMETRIC = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # components 00 01 02 11 12 22 to a matrix
 
 
 @dataclass(frozen=True)
 class FlowField:
-    """The flow at points off the surface.
+    """A flow at points.
 
     Attributes
     ----------
     velocity : (n, 3) array
+    pressure : (n,) array
+        Up to the constant of a closed surface; viscosity of the fluid inside is 1.
+    stress : (n, 3, 3) array
+        ``-p I + mu (grad u + grad u^T)``.
     inside : (n,) bool array
-    pressure : (n,) array or None
-        Up to the constant that ``<tau, n> = 0`` fixes; the same inside and outside.
-    stress : (n, 3, 3) array or None
-        Cauchy stress, pressure included.
+    angle : (n,) array
+        Solid angle over 4 pi; its distance from 0 or 1 is the error of the quadrature there.
+    wall : (n,) bool array
+        Points on the wall (within 1e-6 of an element): the velocity is the wall's, pressure and
+        stress are NaN, as they jump there.
     """
 
     velocity: np.ndarray
+    pressure: np.ndarray
+    stress: np.ndarray
     inside: np.ndarray
-    pressure: np.ndarray | None = None
-    stress: np.ndarray | None = None
+    angle: np.ndarray
+    wall: np.ndarray
 
 
 def flow_field(
     surface: SampledSurface,
-    points: np.ndarray,
     traction: np.ndarray,
-    orders: QuadratureOrders,
+    points: np.ndarray,
     *,
     velocity: np.ndarray | None = None,
     viscosity_ratio: float = 1.0,
-    background: np.ndarray | float = 0.0,
-    stress: bool = False,
+    background: Callable[[np.ndarray], np.ndarray] | None = None,
+    orders: QuadratureOrders | None = None,
 ) -> FlowField:
-    """Evaluate the flow of a solved boundary problem.
+    """Velocity, pressure and stress of a solved flow at points off the surface.
 
     Parameters
     ----------
     surface : SampledSurface
-    points : (n, 3) array
-        Off the surface.
     traction : (n_dofs, 3) array
-        Coefficients of the traction jump.
-    orders : QuadratureOrders
+        Jump of the traction, coefficients of the density functions.
+    points : (n, 3) array
     velocity : (n_dofs, 3) array, optional
-        Boundary velocity in the density space; needed for ``viscosity_ratio != 1``.
+        Velocity of the surface in the same functions; needed if the viscosities differ.
     viscosity_ratio : float
-    background : (n, 3) array or float
-        Velocity at infinity, at the points.
-    stress : bool
-        Also pressure and stress; equal viscosities only.
+        Outer over inner viscosity. At 0 there is no fluid outside: NaN there.
+    background : callable, optional
+        Undisturbed velocity ``(n, 3) -> (n, 3)`` of the outer fluid. Pressure and stress are those
+        of the disturbance.
+    orders : QuadratureOrders, optional
+        Only its ``near_ball`` counts.
 
     Raises
     ------
     ValueError
-        Points of a wrong shape, a missing velocity, or stress at unequal viscosities.
+        Arrays of the wrong shape, points not finite, or a velocity that is missing.
     """
-    x = np.ascontiguousarray(points, dtype=float)
-    if x.ndim != 2 or x.shape[1] != 3 or not np.all(np.isfinite(x)):
-        raise ValueError(f"points must be a finite array (n, 3), got shape {x.shape}")
-    equal = viscosity_ratio == 1.0
-    if stress and not equal:
-        raise ValueError("pressure and stress are evaluated for viscosity_ratio = 1 only")
-    if not equal and velocity is None:
-        raise ValueError("viscosity_ratio != 1 needs the boundary velocity as well")
-    pairs = near_pairs(surface, x, np.full(x.shape[0], -1), orders.near_ball)
-    total = _single(surface, pairs, traction, orders) + viscosity_ratio * background
-    double, inside = _double(surface, pairs, velocity, orders)
-    if not equal:
-        total = total - (1.0 - viscosity_ratio) * double
-    u = total / np.where(inside, 1.0, viscosity_ratio)[:, None]
-    if not stress:
-        return FlowField(u, inside)
-    pressure, cauchy = _stress(surface, pairs, traction, orders)
-    return FlowField(u, inside, pressure, cauchy)
+    points = np.ascontiguousarray(points, dtype=float)
+    _check(surface, traction, points, velocity, viscosity_ratio)
+    double = viscosity_ratio - 1.0
+    velocity = np.zeros_like(traction) if velocity is None else velocity
+    density = _local(surface, np.concatenate([traction, velocity], axis=1))
+    owners = np.full(points.shape[0], -1)
+    ball = (orders or QuadratureOrders()).near_ball
+    pairs = near_pairs(surface, points, owners, ball)
+    nearest, values = _nearest(surface, pairs, density)
+    walls = np.where(nearest[:, None] < np.inf, values[:, 3:], 0.0)
+    out = _sums(surface, pairs, density, double, walls)
+    angle = out[:, kernels.ANGLE]
+    inside = angle > 0.5
+    if double != 0.0:
+        out[inside, :3] -= double * walls[inside]
+    return _assembled(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
 
 
-def bernstein_coefficients(patches: SurfacePatches, density: np.ndarray) -> np.ndarray:
-    """A density on every element in Bernstein form, ``(n_elements, (q + 1)**2, k)``."""
-    nb = patches.extraction.shape[1]
-    element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
-    rows = (element[:, None] * nb + np.arange(nb)).ravel()
-    entries = (patches.extraction.ravel(), (rows, np.repeat(patches.dofs, nb)))
-    table = csr_matrix(entries, shape=(patches.n_elements * nb, patches.n_dofs))
-    return (table @ density).reshape(patches.n_elements, nb, -1)
+def _check(surface, traction, points, velocity, viscosity_ratio) -> None:
+    shape = (surface.patches.n_dofs, 3)
+    for name, array in (("traction", traction), ("velocity", velocity)):
+        if array is not None and np.shape(array) != shape:
+            raise ValueError(f"{name}: expected coefficients {shape}, got {np.shape(array)}")
+    if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
+        raise ValueError(f"points: expected finite values (n, 3), got shape {points.shape}")
+    if viscosity_ratio < 0.0:
+        raise ValueError(f"viscosity_ratio must not be negative, got {viscosity_ratio:g}")
+    if viscosity_ratio != 1.0 and velocity is None:
+        raise ValueError(
+            f"viscosity_ratio = {viscosity_ratio:g} needs the double layer: give the velocity of "
+            "the surface too"
+        )
 
 
-def _sum_by_point(pairs: NearPairs, values: np.ndarray) -> np.ndarray:
-    out = np.zeros((pairs.points.shape[0], *values.shape[1:]))
-    np.add.at(out, np.repeat(np.arange(out.shape[0]), np.diff(pairs.indptr)), values)
+def _local(surface: SampledSurface, coefficients: np.ndarray) -> np.ndarray:
+    """Bernstein coefficients by element, ``(n_elements, q + 1, q + 1, k)``."""
+    p = surface.patches
+    rows = p.extraction[:, :, None] * coefficients[p.dofs][:, None, :]
+    local = np.add.reduceat(rows, p.indptr[:-1], axis=0)
+    m = p.density_degree + 1
+    return np.ascontiguousarray(local.reshape(p.n_elements, m, m, -1))
+
+
+def _nearest(
+    surface: SampledSurface, pairs: NearPairs, density: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Relative distance of the closest near piece (inf: none), traction and velocity there."""
+    n = pairs.points.shape[0]
+    size = surface.pieces.boxes[:, [1, 3]] - surface.pieces.boxes[:, [0, 2]]
+    distance = (pairs.found[:, 2:] / size[pairs.pieces]).min(axis=1)
+    point = np.repeat(np.arange(n), np.diff(pairs.indptr))
+    first = np.lexsort((distance, point))
+    first = first[np.diff(point[first], prepend=-1) > 0]
+    at_pair = np.empty((first.size, 6))
+    kernels.densities(pairs.elements[first], pairs.found[first], density, at_pair)
+    nearest, values = np.full(n, np.inf), np.zeros((n, 6))
+    nearest[point[first]], values[point[first]] = distance[first], at_pair
+    return nearest, values
+
+
+def _sums(surface, pairs, density, double, walls) -> np.ndarray:
+    """All integrals at all points, ``(n, 11)``."""
+    source, n = surface.source, surface.patches.n_elements
+    table = tensor_bernstein(density.shape[1] - 1, source.s, source.t)
+    values = np.einsum("qk,ekc->eqc", table, density.reshape(n, -1, 6), optimize=True)
+    nodes, weights = gauss_tables()
+    out = np.empty((pairs.points.shape[0], kernels.SIZE))
+    kernels.fields(
+        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.found,
+        surface.pieces.boxes, surface.control, density, source.points.reshape(n, -1, 3),
+        (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
+        RULE, double, nodes, weights, walls, out,
+    )  # fmt: skip
     return out
 
 
-def _contract(moments: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """Moments ``(n_pairs, nb, 6)`` times densities ``(n_pairs, nb, 3)``."""
-    matrices = moments[:, :, FULL].reshape(*moments.shape[:2], 3, 3)
-    return np.einsum("pbik,pbk->pi", matrices, coefficients, optimize=True)
-
-
-def _single(surface, pairs, traction, orders):
-    source = surface.source
-    strengths = source.weights[:, None] * (surface.source_basis @ traction)
-    far = single_layer_sums(pairs.points, source.points, strengths, coincidence(surface))
-    moments = near_moments(surface, pairs, orders, minus_plain=True)
-    local = bernstein_coefficients(surface.patches, traction)[pairs.elements]
-    return far + _sum_by_point(pairs, _contract(moments, local))
-
-
-def _double(surface, pairs, velocity, orders):
-    """Double-layer velocity (or None) and which points are inside."""
-    values = None if velocity is None else (surface.source_basis @ velocity)[:, :, None]
-    sums, total = plain_sums(surface, pairs.points, values)
-    moments = near_moments(surface, pairs, orders, Layer.DOUBLE, minus_plain=True)
-    total = total + _sum_by_point(pairs, moments.sum(axis=1))
-    inside = -(total[:, 0] + total[:, 3] + total[:, 5]) > 1.5
-    if velocity is None:
-        return None, inside
-    local = bernstein_coefficients(surface.patches, velocity)[pairs.elements]
-    return sums[:, :, 0] + _sum_by_point(pairs, _contract(moments, local)), inside
-
-
-def _stress_sums(x: np.ndarray, y: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """Pressure and six stresses at ``x (n, 3)`` of forces f at y, ``(n, 7)``."""
-    out = np.zeros((x.shape[0], 7))
-    for start in range(0, x.shape[0], 64):
-        r = x[start : start + 64, None] - y
-        square = np.sum(r * r, axis=2)
-        along = np.einsum("nqc,qc->nq", r, f) / (4.0 * np.pi * square * np.sqrt(square))
-        out[start : start + 64, 0] = along.sum(axis=1)
-        weight = -3.0 * along / square
-        for c, (i, k) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
-            out[start : start + 64, 1 + c] = np.sum(weight * r[:, :, i] * r[:, :, k], axis=1)
-    return out
-
-
-def _stress(surface, pairs, traction, orders):
-    """Pressure and stress: plain sums, and the split near rule instead of them at near pairs."""
-    source, patches = surface.source, surface.patches
-    f = source.weights[:, None] * (surface.source_basis @ traction)
-    sums = _stress_sums(pairs.points, source.points, f)
-    local, nq = bernstein_coefficients(patches, traction), source.per_element
-    point_of = np.repeat(np.arange(pairs.points.shape[0]), np.diff(pairs.indptr))
-    for k in range(pairs.n_pairs):
-        p, e = point_of[k], pairs.elements[k]
-        x = pairs.points[p : p + 1]
-        y, w, s, t = _near_points(surface, pairs, k, orders)
-        values = tensor_bernstein(patches.density_degree, s, t) @ local[e]
-        sums[p] += _stress_sums(x, y, w[:, None] * values)[0]
-        if pairs.first[k]:
-            plain = slice(e * nq, (e + 1) * nq)
-            sums[p] -= _stress_sums(x, source.points[plain], f[plain])[0]
-    return sums[:, 0], sums[:, 1 + FULL].reshape(-1, 3, 3)
-
-
-def _near_points(surface, pairs, k, orders):
-    """Points, weights and coordinates of the split rule of one pair, one order up."""
-    box = surface.pieces.boxes[pairs.pieces[k]]
-    lines = [
-        _split_line(pairs.found[k, i], pairs.found[k, 2 + i], box[2 * i], box[2 * i + 1], orders)
-        for i in range(2)
-    ]
-    s, t = (g.ravel() for g in np.meshgrid(lines[0][0], lines[1][0], indexing="ij"))
-    control = surface.control[pairs.elements[k]]
-    degree, flat = control.shape[0] - 1, control.reshape(-1, 3)
-    ys, yt = (table @ flat for table in tensor_bernstein_gradient(degree, s, t))
-    w = np.outer(lines[0][1], lines[1][1]).ravel() * np.linalg.norm(np.cross(ys, yt), axis=1)
-    return tensor_bernstein(degree, s, t) @ flat, w, s, t
-
-
-def _split_line(centre, b, low, high, orders):
-    """One direction of the split sinh rule in numpy, as the compiled one."""
-    offset, slope = orders.rule(Layer.DOUBLE)
-    b = max(b, 1e-6 * (high - low))
-    n = int(np.clip(np.ceil(offset + 2 - slope * np.log(b / (high - low))), 4, LARGEST))
-    nodes, weights = [], []
-    for a, c in ((low, centre), (centre, high)):
-        if c - a <= 1e-9 * (high - low):
-            continue
-        x, w = gauss(n)
-        start = np.arcsinh((a - centre) / b)
-        length = np.arcsinh((c - centre) / b) - start
-        v = start + length * x
-        nodes.append(centre + b * np.sinh(v))
-        weights.append(b * np.cosh(v) * length * w)
-    return np.concatenate(nodes), np.concatenate(weights)
+def _assembled(out, inside, wall, walls, ratio, points, background) -> FlowField:
+    velocity = out[:, :3]
+    if background is not None:
+        velocity = velocity + ratio * np.asarray(background(points), dtype=float)
+    pressure, stress = out[:, kernels.PRESSURE], out[:, kernels.STRESS : kernels.ANGLE]
+    if ratio != 1.0:
+        # no fluid outside: no flow to speak of
+        factor = 1.0 / ratio if ratio > 0.0 else np.nan
+        velocity = np.where(inside[:, None], velocity, factor * velocity)
+        if ratio == 0.0:
+            pressure = np.where(inside, pressure, np.nan)
+            stress = np.where(inside[:, None], stress, np.nan)
+    velocity = np.where(wall[:, None], walls, velocity)
+    pressure = np.where(wall, np.nan, pressure)
+    stress = np.where(wall[:, None], np.nan, stress)
+    matrix = stress[:, SYMMETRIC].reshape(-1, 3, 3)
+    return FlowField(velocity, pressure, matrix, inside, out[:, kernels.ANGLE], wall)
