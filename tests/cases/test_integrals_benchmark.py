@@ -1,8 +1,11 @@
 """The benchmark of the integrals keeps its promises on the near-singular rules."""
 
+import pytest
+
 from cases.benchmarks.integrals import eigenvalue_rows, near_rows
 
 
+@pytest.mark.slow
 def test_near_rules_down_to_a_ten_thousandth():
     """Measured at most 1.1e-6 with the default orders, 2.1e-9 with the fine ones."""
     rows = near_rows(quick=True)
