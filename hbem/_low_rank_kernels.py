@@ -73,7 +73,8 @@ def combine(weights, vectors, rank, out):
 @njit(cache=True, error_model="numpy", nogil=True)
 def recompress(u, v, rank, tolerance):
     """Best approximation of ``u^T v`` to a relative Frobenius tolerance: two arrays of rows."""
-    if tolerance < GRAM:
+    # many vectors in few dimensions are nearly dependent: their Gram matrix says too little
+    if tolerance < GRAM or 2 * rank > min(u.shape[1], v.shape[1]):
         qu, ru = np.linalg.qr(np.ascontiguousarray(u[:rank].T))
         qv, rv = np.linalg.qr(np.ascontiguousarray(v[:rank].T))
         w, s, z = np.linalg.svd(np.ascontiguousarray(ru @ np.ascontiguousarray(rv.T)))
