@@ -73,7 +73,7 @@ def combine(weights, vectors, rank, out):
 @njit(cache=True, error_model="numpy", nogil=True)
 def recompress(u, v, rank, tolerance, projected):
     """Best approximation of ``u^T v`` to a relative Frobenius tolerance: two arrays of rows."""
-    # projected vectors are nearly dependent: their Gram matrix says too little (errors of 1e-2)
+    # projected vectors may outnumber their dimensions: QR is the safe route and cheap there
     if tolerance < GRAM or projected:
         qu, ru = np.linalg.qr(np.ascontiguousarray(u[:rank].T))
         qv, rv = np.linalg.qr(np.ascontiguousarray(v[:rank].T))
