@@ -71,9 +71,10 @@ def combine(weights, vectors, rank, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def recompress(u, v, rank, tolerance):
+def recompress(u, v, rank, tolerance, projected):
     """Best approximation of ``u^T v`` to a relative Frobenius tolerance: two arrays of rows."""
-    if tolerance < GRAM:
+    # projected vectors may outnumber their dimensions: QR is the safe route and cheap there
+    if tolerance < GRAM or projected:
         qu, ru = np.linalg.qr(np.ascontiguousarray(u[:rank].T))
         qv, rv = np.linalg.qr(np.ascontiguousarray(v[:rank].T))
         w, s, z = np.linalg.svd(np.ascontiguousarray(ru @ np.ascontiguousarray(rv.T)))
@@ -200,7 +201,7 @@ def compress_blocks(
             project(v, rank, basis_ptr, basis_rows, basis_values, is_, local, q, vs)
             u, v = ut, vs
         if rank > 0:
-            u, v = recompress(u, v, rank, tolerances[1])
+            u, v = recompress(u, v, rank, tolerances[1], not plain)
             rank = u.shape[0]
             if rank > full_rank * share:
                 rank = -1

@@ -111,11 +111,12 @@ def compressed_blocks(
     """
     kind = "points" if clusters.basis is None else "functions"
     tolerances = tolerance * np.array([CROSS[kind], KEPT[kind]])
-    scratch, columns = np.empty(1 << 14, dtype=dtype), clusters.columns
+    columns = clusters.columns
 
     def work(first: int) -> Factors:
         part = blocks[first : first + TASK]
         numbers = seed * 1_000_003 + first + np.arange(part.shape[0])
+        scratch = np.empty(1 << 14, dtype=dtype)  # of this task alone: tasks run side by side
         ranks, store = compress_blocks(
             part, numbers, positions, normals, tiny, clusters.item_ptr, clusters.items,
             clusters.point_ptr, clusters.points, *columns, tolerances, full_rank, scratch,
