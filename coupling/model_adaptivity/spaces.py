@@ -30,6 +30,8 @@ _PAIRS: Mapping[tuple[bool, int], tuple] = {
     (False, 3): (ElementTriP3, ElementTriP2, 8),
 }
 
+CHUNK = 500
+
 
 @dataclass(frozen=True)
 class FlowSpace:
@@ -100,9 +102,15 @@ class FlowSpace:
     def transfer(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
         """Values at this space's nodes of a field on another mesh of the same domain."""
         ux, uy, p = other.split(x)
-        velocity = other.velocity.probes(self.velocity.doflocs)
-        pressure = other.pressure.probes(self.pressure.doflocs)
-        return np.concatenate([velocity @ ux, velocity @ uy, pressure @ p])
+        velocity = _at(other.velocity, np.stack([ux, uy], axis=1), self.velocity.doflocs)
+        pressure = _at(other.pressure, p, self.pressure.doflocs)
+        return np.concatenate([velocity[:, 0], velocity[:, 1], pressure])
+
+
+def _at(basis: CellBasis, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Fields at points, some points at a time: the search may try every element for each."""
+    parts = np.array_split(points, max(1, points.shape[1] // CHUNK), axis=1)
+    return np.concatenate([basis.probes(part) @ values for part in parts])
 
 
 def _nodal(result: np.ndarray, x: np.ndarray, to: CellBasis, source: CellBasis) -> np.ndarray:
