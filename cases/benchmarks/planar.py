@@ -120,8 +120,10 @@ def inflation_rows(quick: bool) -> list[Row]:
 
 
 def top_at(run: Run, ratio: float) -> float:
-    """Height of the top when the volume first reaches a multiple of the initial one."""
+    """Height of the top when the volume first reaches a multiple of the initial one, else nan."""
     v = run.history.column("volume")
+    if v[-1] < ratio * v[0]:
+        return float("nan")
     return float(np.interp(ratio, v / v[0], run.history.column("top")))
 
 

@@ -31,8 +31,6 @@ from .config import Scene
 from .forecast import contraction, final_volume
 
 LAWS: Mapping[str, type[PlanarMembrane]] = {"kirchhoff-love": PlanarShell, "string": ElasticString}
-# A factor is kept while each Newton update is below this fraction of the last: 30% faster.
-REUSE = 0.3
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]  # points of an element in pictures and gap checks
 
 
@@ -47,7 +45,7 @@ def structure(scene: Scene, body: PlanarBag) -> ShellStructure:
     basis = CurveBasis(body.nodes, body.coefficients)
     membrane = LAWS[c.law](basis, Material(c.flexural_rigidity, c.stiffness, density=c.density))
     E = end_supports(body.coefficients, c.ends)
-    return ShellStructure(membrane, E, EnclosedArea(basis), reuse=REUSE)
+    return ShellStructure(membrane, E, EnclosedArea(basis))
 
 
 def fluid(scene: Scene, body: PlanarBag) -> PlanarStokes | PlanarPotential | None:

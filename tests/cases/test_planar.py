@@ -60,10 +60,20 @@ def test_stokes_pancake_bulges_first():
     h = run.history
     assert np.abs(h.column("zeta")).max() < 1e-8
     assert np.abs(h.column("energy_defect")).max() < 1e-12
-    uniform = bench.simulate(
-        "planar-stokes-pancake", *COARSE, "time.end=400", "fluid.model=pressure"
+    assert h.column("top")[-1] > 5 * h.column("top")[0]  # the arms are still flat: local bulging
+
+
+def test_uniform_pressure_lets_walls_meet():
+    """Without lubrication the arms' walls meet early (measured: t = 159, V/V0 = 1.04)."""
+    run = bench.simulate(
+        "planar-stokes-pancake",
+        *COARSE,
+        "time.end=400",
+        "fluid.model=pressure",
+        "time.dt_floor=0.5",
     )
-    assert bench.top_at(run, 1.4) > 1.2 * bench.top_at(uniform, 1.4)
+    assert run.outcome.result is Result.SELF_INTERSECTION
+    assert np.isnan(bench.top_at(run, 1.4))
 
 
 def test_self_intersection_is_named():
