@@ -17,6 +17,7 @@ from hbem.preconditioner import two_level_schwarz
 from hbem.quadrature import QuadratureOrders
 from hbem.single_layer import single_layer
 
+pytestmark = pytest.mark.slow
 PULL = np.array([1.0, 0.4, -0.2])
 DRAG = np.array([0.0, 0.0, 6.0 * np.pi])
 
