@@ -81,6 +81,11 @@ class Certificate:
         """Triangles of `vertices`."""
         return self._merged[1]
 
+    def shortest_edge(self, coefficients: np.ndarray) -> float:
+        """Length of the shortest edge of a triangle."""
+        corners = self.vertices(coefficients)[self.faces]
+        return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
+
     def intersects(self, coefficients: np.ndarray) -> bool:
         """Whether triangles of this configuration cross each other."""
         import ipctk

@@ -47,7 +47,8 @@ def crumple(
     amplitude : float
         Displacement a round over the bag's size.
     distance : float, optional
-        Smallest distance kept between triangles; default a tenth of the bag's thickness.
+        Smallest distance kept between triangles; default a quarter of the shortest edge, below
+        which neighbours in one sheet would count as contact.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def crumple(
     mesh = certificate(surface, coefficients)
     size = float(np.ptp(coefficients, axis=0).max())
     if distance is None:
-        distance = 0.1 * float(np.ptp(coefficients[:, 2]))
+        distance = 0.25 * mesh.shortest_edge(coefficients)
     mask = _away_from(surface, coefficients, held)
     c = coefficients
     for _ in range(ROUNDS):
