@@ -32,7 +32,7 @@ from .geometry import initial_bag
 from .geometry.bag import Bag
 from .geometry.folded import FoldedBag
 from .inflow import prescribed_volume
-from .preflight import contraction
+from .preflight import compression, contraction, fluid_budget, quadrature
 
 CERTIFIED_SAMPLES = 4  # points per element side of the mesh that certifies a configuration
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
@@ -82,9 +82,8 @@ def fluid(scene: Scene, body: Bag) -> object | None:
     from hbem.enclosed_flow import EnclosedStokes
     from hbem.krylov import DENSE_LIMIT
     from hbem.patches import union
-    from hbem.quadrature import QuadratureOrders
 
-    f = scene.fluid
+    f, asked = scene.fluid, fluid_budget(scene, body)
     patches = union(body.membrane, body.patch)
     inflow = np.arange(patches.n_elements) >= body.membrane.n_elements
     return EnclosedStokes(
@@ -93,16 +92,12 @@ def fluid(scene: Scene, body: Bag) -> object | None:
         body.profile,
         mass_ratio=f.mass_ratio,
         viscosity_ratio=f.viscosity_ratio,
-        orders=QuadratureOrders(
-            outer=f.outer_points,
-            far=max(3, f.outer_points),
-            radial=f.polar[0],
-            angular=f.polar[1],
-            near_ball=f.near_ball,
-        ),
+        orders=quadrature(scene, asked),
         dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
-        tolerance=f.krylov_tolerance,
+        tolerance=f.krylov_tolerance or asked.krylov,
         max_iterations=f.krylov_iterations,
+        preconditioner=asked.preconditioner,
+        compression=compression(scene, body, asked),
     )
 
 
@@ -217,13 +212,24 @@ def skipped(scene: Scene) -> list[str]:
     skips = []
     if scene.fluid.model == "pressure":
         skips.append("fluid: uniform pressure, no boundary integrals")
-    elif scene.fluid.viscosity_ratio == 1.0:
-        skips.append("double layer: equal viscosities need the single layer only")
+    else:
+        skips += _skipped_fluid(scene)
     if scene.coupling.certify == "off":
         skips.append("certificate against self-intersection: coupling.certify is 'off'")
     elif not certify.available():
         skips.append("certificate against self-intersection: needs pip install 'airfold[contact]'")
     return skips
+
+
+def _skipped_fluid(scene: Scene) -> list[str]:
+    left_out = []
+    if scene.fluid.viscosity_ratio == 1.0:
+        left_out.append("double layer: equal viscosities need the single layer only")
+    body = initial_bag(scene)
+    if compression(scene, body, fluid_budget(scene, body)) is None:
+        unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
+        left_out.append(f"compression: dense or direct serves {unknowns} unknowns best")
+    return left_out
 
 
 def fields(scene: Scene) -> Sampler:

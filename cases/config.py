@@ -97,7 +97,9 @@ class Fluid:
 
     ``mass_ratio`` is m = varpi/Re, ``tolerance`` the relative traction error, ``outer_points``
     Gauss points per direction of the outer integral, ``polar`` radial and angular points of the
-    self rule, ``near_ball`` the reach of the near rule in element radii.
+    self rule, ``near_ball`` the reach of the near rule in element radii. ``polar = [0, 0]`` and
+    ``krylov_tolerance = 0`` follow from ``tolerance`` and the narrowest gap. ``compression`` of
+    the single layer: ``auto`` takes the cheapest, ``dense`` stores it or sums it directly.
     """
 
     model: str = rule("stokes", choices=("stokes", "pressure"))
@@ -105,10 +107,11 @@ class Fluid:
     mass_ratio: float = rule(0.005, above=0.0)
     tolerance: float = rule(1e-3, above=0.0, below=1.0)
     outer_points: int = rule(3, choices=(2, 3, 4))
-    polar: tuple[int, int] = rule((8, 10), least=2)
+    polar: tuple[int, int] = rule((0, 0), least=0)
     near_ball: float = rule(1.0, above=0.0)
     solver: str = rule("auto", choices=("auto", "lu", "gmres"))
-    krylov_tolerance: float = rule(1e-8, above=0.0, below=1.0)
+    compression: str = rule("auto", choices=("auto", "dense", "aca", "h2"))
+    krylov_tolerance: float = rule(0.0, least=0.0, below=1.0)
     krylov_iterations: int = rule(500, least=1)
 
 
@@ -284,6 +287,20 @@ def impossible(scene: Scene) -> list[str]:
             scene.fluid.viscosity_ratio != 1.0,
             f"fluid.viscosity_ratio: {scene.fluid.viscosity_ratio:g} needs the double layer, "
             "which is not there yet; only 1 is possible",
+        ),
+        (
+            tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
+            f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
+        ),
+        (
+            scene.fluid.compression == "aca" and scene.fluid.outer_points < 3,
+            "fluid.compression: 'aca' needs equal outer and source points; set "
+            "fluid.outer_points = 3, or use 'h2'",
+        ),
+        (
+            scene.fluid.compression in ("aca", "h2") and scene.fluid.solver == "lu",
+            f"fluid.solver: 'lu' needs the dense matrix, fluid.compression = "
+            f"{scene.fluid.compression!r} has none; use 'gmres' or 'auto'",
         ),
         (
             scene.inflow.t2 < scene.inflow.t1,

@@ -5,11 +5,14 @@ Needs the geometry only: neither scikit-fem nor numba is loaded.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coupling.stability import contraction_forecast
+from hbem.accuracy import Budget, budget
+from hbem.compression import STORED_LIMIT, Compression, choose
+from hbem.quadrature import QuadratureOrders
 
 from .config import Scene
 from .geometry import initial_bag
@@ -55,6 +58,43 @@ def contraction(scene: Scene, body: Bag | None = None) -> float:
         element_size=_element_size(body),
         gap=body.gap,
         extent=body.extent,
+    )
+
+
+def fluid_budget(scene: Scene, body: Bag | None = None) -> Budget:
+    """Tolerances of the boundary integrals from the scene's traction error and narrowest gap."""
+    body = initial_bag(scene) if body is None else body
+    return budget(scene.fluid.tolerance, body.gap, body.extent)
+
+
+def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
+    """Orders of the budget, or those that the scene insists on."""
+    f = scene.fluid
+    radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
+    return replace(
+        asked.orders,
+        outer=f.outer_points,
+        far=max(3, f.outer_points, asked.orders.far),
+        radial=radial,
+        angular=angular,
+        near_ball=f.near_ball,
+    )
+
+
+def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
+    """How the single layer is compressed; None where it is stored or summed directly."""
+    orders = quadrature(scene, asked)
+    elements = body.membrane.n_elements + body.patch.n_elements
+    method = scene.fluid.compression
+    if method == "auto" and scene.fluid.solver == "lu":
+        method = "dense"
+    return choose(
+        method,
+        asked.compression,
+        n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
+        n_outer=elements * orders.outer**2,
+        n_source=elements * orders.source**2,
+        seed=scene.output.seed,
     )
 
 
@@ -173,6 +213,7 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
     unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
     memory = 8.0 * unknowns**2 / GIGABYTE
     rho = contraction(scene, body)
+    asked = fluid_budget(scene, body)
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
@@ -180,14 +221,14 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
     items = [
         Item("fluid unknowns", unknowns, "", "traction coefficients"),
         Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),
-        Item("dense operator", memory, "GB", "a factorization and a copy come on top"),
+        _operator(compression(scene, body, asked), f.solver, unknowns),
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
-        Item("traction tolerance", f.tolerance, "", f"Krylov {f.krylov_tolerance:g}"),
+        *_accuracy(asked, quadrature(scene, asked), f.krylov_tolerance),
         Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
     ]
-    warnings = []
+    warnings = list(asked.warnings)
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
     others = ", ".join(f"{k} needs rho < {v:g}" for k, v in LIMITS.items())
     if rho > limit:
@@ -198,10 +239,10 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
         )
     elif rho > 1.0:
         items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
-    if memory > 4.0:
+    if memory > 4.0 and f.solver == "lu":
         warnings.append(
-            f"the dense operator takes {memory:.1f} GB; coarsen the mesh (mesh.around, "
-            "mesh.flat_max)"
+            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or coarsen the "
+            "mesh (mesh.around, mesh.flat_max)"
         )
     if speed > 3.0:
         warnings.append(
@@ -209,3 +250,30 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
             "moves; lower inflow.final_volume or raise inflow.t2"
         )
     return items, warnings
+
+
+def _operator(how: Compression | None, solver: str, unknowns: int) -> Item:
+    """What holds the single layer."""
+    if how is not None:
+        note = f"matrix tolerance {how.tolerance:.1e}, {unknowns} unknowns"
+        return Item("single layer", f"compressed, {how.method}", "", note)
+    if unknowns > STORED_LIMIT and solver != "lu":
+        return Item("single layer", "direct sums", "", f"{unknowns} unknowns, nothing stored")
+    memory = 8.0 * unknowns**2 / GIGABYTE
+    return Item("dense operator", memory, "GB", "a factorization and a copy come on top")
+
+
+def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:
+    """What the traction tolerance comes to in the narrowest gap."""
+    p, c = asked.predicted, asked.compression
+    near = f"sinh {orders.near_offset:g} + {orders.near_slope:g} ln(1/b)"
+    self_rule = f"polar {orders.radial} x {orders.angular}, far {orders.source} x {orders.source}"
+    return [
+        Item(
+            "traction tolerance", asked.traction, "", f"in a gap of thinness {asked.thinness:.2g}"
+        ),
+        Item("traction error expected", asked.total, "", "quadrature, compression, Krylov"),
+        Item("  of quadrature", p["quadrature"], "", f"{near}, {self_rule}"),
+        Item("  of compression", p["compression"], "", f"ACA {c['aca']:.1e}, H2 {c['h2']:.1e}"),
+        Item("  of Krylov", p["krylov"], "", f"true residual {krylov or asked.krylov:.1e}"),
+    ]

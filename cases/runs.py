@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import loader
+from .accuracy import Accuracy
 from .config import Scene
 from .output.atomic import remove_parts, replacing
 from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
@@ -128,10 +129,13 @@ class _Recorders:
     def of(
         cls, scene: Scene, folder: Path, console: Console, tolerances: Mapping[str, Any] | None
     ) -> _Recorders:
+        accuracy = Accuracy.of(scene)
+        for warning in accuracy.budget.warnings if accuracy else ():
+            console.print(f"warning: {warning}", markup=False, highlight=False)
         return cls(
             History(folder / "history.csv", scene.physical),
             Iterations(folder),
-            RunRecord(folder / "run.json", scene, tolerances),
+            RunRecord(folder / "run.json", scene, tolerances, accuracy),
             Checkpoint(folder / "checkpoint.npz", scene),
             Progress(console, scene.time.end),
         )
@@ -172,6 +176,7 @@ def _run(
                 start_volume = read_history(folder / "history.csv")["volume"][:1]
                 recorders.progress.volume = float(start_volume[0]) if start_volume.size else None
             simulation = build.simulation(scene, recorders.in_order())
+            record.compression = getattr(simulation.fluid, "statistics", {})
         with record.phase("run"):
             outcome = simulation.run(snapshot)
         return Finished(outcome, _picture(scene, folder, record))

@@ -107,6 +107,9 @@ class Fluid(Protocol):
 
     def assemble(self, coefficients: np.ndarray) -> FluidOperator: ...
 
+    def reset(self) -> None:
+        """Forget what is kept from one geometry to the next; called at checkpoints."""
+
 
 class Structure(Protocol):
     """A structure with its enclosed volume; ``step`` solves one implicit time step."""

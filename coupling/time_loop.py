@@ -219,6 +219,8 @@ class _Loop:
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, attempt.traction))
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
+            if self.sim.fluid is not None:
+                self.sim.fluid.reset()  # a resumed run starts without what is kept
 
     def _row(self, attempt: Attempt | None, dt: float, growth: float = 0.0) -> dict[str, float]:
         """History columns; the last one is the only one that differs between equal runs."""

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit, prange
 
 BLOCK = 64  # targets that share a sweep over the sources
+SOURCES = 20  # sources whose kernel values are held at a time for many strengths
 EIGHT_PI = 8.0 * np.pi
 FOUR_PI = 4.0 * np.pi
 
@@ -47,36 +48,43 @@ def single_layer_sums(targets, sources, strengths, tiny, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def single_components(x, y, tiny, kernel):
-    """Six kernel components between a source and all targets of a block, ``(6, BLOCK)``."""
-    y0, y1, y2 = y[0], y[1], y[2]
-    for t in range(BLOCK):
-        r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        one = 1.0 / (EIGHT_PI * np.sqrt(square if square > tiny else tiny))
-        one = one if square > tiny else 0.0
-        three = one / (square if square > tiny else tiny)
-        kernel[0, t] = one + three * r0 * r0
-        kernel[1, t] = three * r0 * r1
-        kernel[2, t] = three * r0 * r2
-        kernel[3, t] = one + three * r1 * r1
-        kernel[4, t] = three * r1 * r2
-        kernel[5, t] = one + three * r2 * r2
+def kernel_rows(x, y, tiny, rows):
+    """Kernel between `SOURCES` sources and a block of targets: ``rows (SOURCES, 3, 3, BLOCK)``."""
+    for q in range(y.shape[0]):
+        y0, y1, y2 = y[q, 0], y[q, 1], y[q, 2]
+        g = rows[q]
+        for t in range(BLOCK):
+            r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
+            square = r0 * r0 + r1 * r1 + r2 * r2
+            one = 1.0 / (EIGHT_PI * np.sqrt(square if square > tiny else tiny))
+            one = one if square > tiny else 0.0
+            three = one / (square if square > tiny else tiny)
+            g[0, 0, t] = one + three * r0 * r0
+            g[1, 1, t] = one + three * r1 * r1
+            g[2, 2, t] = one + three * r2 * r2
+            g[0, 1, t] = g[1, 0, t] = three * r0 * r1
+            g[0, 2, t] = g[2, 0, t] = three * r0 * r2
+            g[1, 2, t] = g[2, 1, t] = three * r1 * r2
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def single_layer_block_sums(targets, sources, strengths, tiny, out):
-    """The same for k strengths at once: ``(n_sources, k, 3)``, out ``(n_blocks, k, 3, BLOCK)``."""
+    """The same for k strengths at once, as small matrix products.
+
+    Parameters
+    ----------
+    targets : (n_blocks, 3, BLOCK) array
+    sources : (n_groups, SOURCES, 3) array
+    strengths : (n_groups, k, 3 * SOURCES) array
+        Zero for sources that only fill the last group.
+    out : (n_blocks, k, 3 * BLOCK) array
+        Overwritten.
+    """
     for b in prange(targets.shape[0]):
-        kernel = np.empty((6, BLOCK))
+        rows = np.empty((SOURCES, 3, 3, BLOCK))
+        flat = rows.reshape(3 * SOURCES, 3 * BLOCK)
         total = out[b]
         total[:] = 0.0
         for q in range(sources.shape[0]):
-            single_components(targets[b], sources[q], tiny, kernel)
-            for k in range(strengths.shape[1]):
-                f0, f1, f2 = strengths[q, k, 0], strengths[q, k, 1], strengths[q, k, 2]
-                u = total[k]
-                for t in range(BLOCK):
-                    u[0, t] += kernel[0, t] * f0 + kernel[1, t] * f1 + kernel[2, t] * f2
-                    u[1, t] += kernel[1, t] * f0 + kernel[3, t] * f1 + kernel[4, t] * f2
-                    u[2, t] += kernel[2, t] * f0 + kernel[4, t] * f1 + kernel[5, t] * f2
+            kernel_rows(targets[b], sources[q], tiny, rows)
+            total += np.dot(strengths[q], flat)

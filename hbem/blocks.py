@@ -30,6 +30,11 @@ class NearEntries(Protocol):
         """Dense ``(len(rows), len(columns), 6)``."""
 
 
+def vector_dofs(functions: np.ndarray) -> np.ndarray:
+    """Vector dofs ``3 a + i`` of scalar functions, ``(3 n,)``."""
+    return (3 * functions[:, None] + np.arange(3)).ravel()
+
+
 def interleave(components: np.ndarray) -> np.ndarray:
     """Six components ``(n, m, 6)`` as a matrix ``(3 n, 3 m)`` on vector dofs."""
     n, m = components.shape[:2]

@@ -16,13 +16,24 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator
 
-from .krylov import DENSE_LIMIT, DenseSaddle, IterativeSaddle, SaddleSolution, saddle
+from .compression import Compression
+from .krylov import (
+    DENSE_LIMIT,
+    DenseSaddle,
+    IterativeSaddle,
+    MassPreconditioner,
+    PreconditionerStore,
+    SaddleSolution,
+    saddle,
+)
 from .patches import SurfacePatches
+from .preconditioner import two_level_schwarz
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
 
 Profile = Callable[[np.ndarray], np.ndarray]
+BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,13 @@ class EnclosedStokes:
     tolerance : float
         Relative residual of GMRES.
     max_iterations : int
+    storage : {"auto", "dense", "direct"}
+        Of the single layer; see `hbem.single_layer.single_layer`.
+    preconditioner : {"schwarz", "mass"}
+        Of GMRES: two levels for gaps, the mass matrix for fat bodies. It is kept from one
+        geometry to the next until it degrades or `reset` drops it.
+    compression : Compression, optional
+        Compress the single layer; it is then solved by GMRES at any size.
 
     Raises
     ------
@@ -92,6 +110,9 @@ class EnclosedStokes:
     dense_limit: int = DENSE_LIMIT
     tolerance: float = 1e-8
     max_iterations: int = 400
+    storage: str = "auto"
+    preconditioner: str = "schwarz"
+    compression: Compression | None = None
 
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
@@ -109,10 +130,46 @@ class EnclosedStokes:
             )
         if inflow.all() or not inflow.any():
             raise ValueError("inflow must mark some elements, but not all")
+        if self.preconditioner not in BUILDERS:
+            raise ValueError(
+                f"preconditioner must be 'schwarz' or 'mass', got {self.preconditioner!r}"
+            )
+
+    @cached_property
+    def store(self) -> PreconditionerStore:
+        """The preconditioner in use."""
+        return PreconditionerStore(BUILDERS[self.preconditioner])
+
+    @cached_property
+    def statistics(self) -> dict[str, float | int | str]:
+        """Figures of the latest compressed operator, and the worst errors so far."""
+        return {}
+
+    def _note(self, layer: SingleLayer) -> None:
+        if self.compression is None:
+            return
+        worst = {
+            f"worst_{name}": max(value, self.statistics.get(f"worst_{name}", 0.0))
+            for name in ("achieved", "error_gap")
+            if (value := layer.statistics()[name]) == value
+        }
+        self.statistics.update(layer.statistics() | worst)
+
+    def reset(self) -> None:
+        """Forget what is kept between geometries; runs do so at checkpoints."""
+        self.store.drop()
 
     def assemble(self, coefficients: np.ndarray) -> EnclosedOperator:
         """The flow on one configuration ``(n_coefficients, 3)``."""
-        return EnclosedOperator(self, single_layer(self.patches, coefficients, self.orders))
+        layer = single_layer(
+            self.patches,
+            coefficients,
+            self.orders,
+            storage=self.storage,
+            compression=self.compression,
+        )
+        self._note(layer)
+        return EnclosedOperator(self, layer)
 
 
 @dataclass(frozen=True)
@@ -139,9 +196,10 @@ class EnclosedOperator:
             self.layer,
             self.surface.constraint,
             self.surface.mass,
-            dense_limit=m.dense_limit,
+            dense_limit=m.dense_limit if m.compression is None else 0,
             tolerance=m.tolerance,
             max_iterations=m.max_iterations,
+            preconditioner=m.store,
         )
 
     @cached_property
@@ -203,6 +261,8 @@ class EnclosedOperator:
             raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
         data = self.coupling @ velocity + self.flux(velocity) * self._influx_data
         solved: SaddleSolution = self.system.solve(data.ravel())
+        if solved.iterations:
+            self.model.store.note(solved.iterations)
         return Traction(
             solved.solution.reshape(-1, 3),
             float(solved.zeta),

@@ -26,6 +26,7 @@ logger = logging.getLogger(__name__)
 FEW = 8  # right-hand sides whose true residual is taken
 DENSE_LIMIT = 6000  # unknowns up to which LU is the simplest robust solver
 Preconditioner = Callable[[np.ndarray], np.ndarray]
+Builder = Callable[["SaddleSystem"], Preconditioner]
 
 
 @dataclass(frozen=True)
@@ -182,8 +183,8 @@ class IterativeSaddle:
     tolerance : float
         True relative residual.
     max_iterations : int
-    preconditioner : callable, optional
-        ``(size,)`` to ``(size,)``; default `MassPreconditioner`.
+    preconditioner : callable
+        Builds a preconditioner ``(size,)`` to ``(size,)`` from a `SaddleSystem`.
     """
 
     operator: LinearOperator
@@ -192,7 +193,7 @@ class IterativeSaddle:
     tolerance: float = 1e-8
     max_iterations: int = 400
     components: np.ndarray | None = None
-    preconditioner: Preconditioner | None = None
+    preconditioner: Builder = MassPreconditioner
 
     @cached_property
     def system(self) -> SaddleSystem:
@@ -200,7 +201,7 @@ class IterativeSaddle:
 
     @cached_property
     def _precondition(self) -> Preconditioner:
-        return self.preconditioner or MassPreconditioner(self.system)
+        return self.preconditioner(self.system)
 
     def solve(self, rhs: np.ndarray) -> SaddleSolution:
         """Solve for one right-hand side ``(3 n,)``."""
@@ -225,11 +226,21 @@ class PreconditionerStore:
 
     Parameters
     ----------
+    build : callable
+        Builds a preconditioner from a `SaddleSystem`.
     growth, slack : float, int
         It is rebuilt once a solve took more than ``growth`` times the iterations of its first
         solve plus ``slack``.
+
+    Attributes
+    ----------
+    seconds : float
+        Time of all builds.
+    built : int
+        Their number.
     """
 
+    build: Builder
     growth: float = 1.5
     slack: int = 4
     seconds: float = 0.0
@@ -238,11 +249,11 @@ class PreconditionerStore:
     _first: int | None = field(default=None, repr=False)
     _size: int = field(default=0, repr=False)
 
-    def get(self, system: SaddleSystem, build: Callable[[], Preconditioner]) -> Preconditioner:
+    def __call__(self, system: SaddleSystem) -> Preconditioner:
         """The kept preconditioner, or a new one."""
         if self._kept is None or self._size != system.size:
             start = time.perf_counter()
-            self._kept, self._first, self._size = build(), None, system.size
+            self._kept, self._first, self._size = self.build(system), None, system.size
             self.seconds += time.perf_counter() - start
             self.built += 1
         return self._kept
@@ -271,7 +282,7 @@ def saddle(
     dense_limit: int = DENSE_LIMIT,
     tolerance: float = 1e-8,
     max_iterations: int = 400,
-    preconditioner: Preconditioner | None = None,
+    preconditioner: Builder = MassPreconditioner,
 ) -> DenseSaddle | IterativeSaddle:
     """The solver that suits the size: LU up to ``dense_limit`` unknowns, else GMRES."""
     if operator.shape[0] <= dense_limit and hasattr(operator, "dense"):

@@ -37,10 +37,16 @@ def single_layer_sums(
         out = np.empty_like(x)
         kernels.single_layer_sums(x, y, np.ascontiguousarray(strengths), tiny, out)
         return np.swapaxes(out, 1, 2).reshape(-1, 3)[: targets.shape[0]]
-    f = np.ascontiguousarray(np.swapaxes(strengths, 1, 2))
-    out = np.empty((x.shape[0], f.shape[1], *x.shape[1:]))
-    kernels.single_layer_block_sums(x, y, f, tiny, out)
-    return out.transpose(0, 3, 2, 1).reshape(-1, 3, f.shape[1])[: targets.shape[0]]
+    k = strengths.shape[2]
+    groups = -(-y.shape[0] // kernels.SOURCES)
+    f = np.zeros((groups * kernels.SOURCES, 3, k))
+    f[: y.shape[0]] = strengths
+    f = np.ascontiguousarray(np.swapaxes(f.reshape(groups, -1, k), 1, 2))
+    y = y[np.minimum(np.arange(groups * kernels.SOURCES), y.shape[0] - 1)]
+    out = np.empty((x.shape[0], k, 3 * kernels.BLOCK))
+    kernels.single_layer_block_sums(x, y.reshape(groups, -1, 3), f, tiny, out)
+    out = out.reshape(x.shape[0], k, 3, kernels.BLOCK)
+    return out.transpose(0, 3, 2, 1).reshape(-1, 3, k)[: targets.shape[0]]
 
 
 def padded(points: np.ndarray) -> np.ndarray:

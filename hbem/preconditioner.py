@@ -9,20 +9,20 @@ carries seven coarse densities: three constants, the normal, and the normal time
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import LinearOperator
 from scipy.spatial import cKDTree
 
+from .blocks import vector_dofs
+from .coarse_image import CoarseSpace, bisect
 from .krylov import SaddleSystem
 from .sampling import SampledSurface
 
-Blocks = Callable[[Sequence[np.ndarray]], Iterable[np.ndarray]]
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; clusters grow beyond
 
@@ -54,26 +54,6 @@ class SchwarzOptions:
     def cluster_size(self, n_functions: int) -> int:
         """Functions a cluster for a surface of this size."""
         return max(self.own, -(-COARSE * n_functions // LARGEST_COARSE))
-
-
-def vector_dofs(functions: np.ndarray) -> np.ndarray:
-    """Vector dofs ``3 a + i`` of scalar functions, ``(3 n,)``."""
-    return (3 * functions[:, None] + np.arange(3)).ravel()
-
-
-def bisect(positions: np.ndarray, largest: int) -> list[np.ndarray]:
-    """Split points ``(n, 3)`` at medians of their longest side into sets of at most ``largest``."""
-    pending, done = [np.arange(positions.shape[0])], []
-    while pending:
-        part = pending.pop()
-        if part.size <= largest:
-            done.append(np.sort(part))
-            continue
-        side = np.ptp(positions[part], axis=0).argmax()
-        order = np.argsort(positions[part, side], kind="stable")
-        middle = part.size // 2
-        pending += [part[order[:middle]], part[order[middle:]]]
-    return done
 
 
 @dataclass(frozen=True)
@@ -114,9 +94,9 @@ def patches_around(
     return patches
 
 
-def coarse_densities(functions: Functions, clusters: Sequence[np.ndarray]) -> csr_matrix:
-    """Orthonormal coarse densities of all clusters, sparse ``(3 n, <= 7 n_clusters)``."""
-    data, rows, cols, first = [], [], [], 0
+def coarse_space(functions: Functions, clusters: Sequence[np.ndarray]) -> CoarseSpace:
+    """Orthonormal coarse densities of all clusters, at most seven each."""
+    data, rows, cols, first = [], [], [], [0]
     for own in clusters:
         x, n = functions.positions[own], functions.normals[own]
         x = x - x.mean(axis=0)
@@ -129,10 +109,11 @@ def coarse_densities(functions: Functions, clusters: Sequence[np.ndarray]) -> cs
         q = left[:, sigma > 1e-8 * sigma[0]]
         data.append(q.ravel())
         rows.append(np.repeat(vector_dofs(own), q.shape[1]))
-        cols.append(np.tile(first + np.arange(q.shape[1]), q.shape[0]))
-        first += q.shape[1]
+        cols.append(np.tile(first[-1] + np.arange(q.shape[1]), q.shape[0]))
+        first.append(first[-1] + q.shape[1])
     entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(cols)))
-    return csr_matrix(entries, shape=(3 * functions.sizes.size, first))
+    densities = csr_matrix(entries, shape=(3 * functions.sizes.size, first[-1]))
+    return CoarseSpace(list(clusters), densities, np.array(first))
 
 
 @dataclass(frozen=True)
@@ -189,38 +170,32 @@ class TwoLevelSchwarz:
 
 
 def two_level_schwarz(
-    system: SaddleSystem,
-    surface: SampledSurface,
-    blocks: Blocks,
-    options: SchwarzOptions | None = None,
+    system: SaddleSystem, options: SchwarzOptions | None = None
 ) -> TwoLevelSchwarz:
     """Build the preconditioner of a saddle system.
 
     Parameters
     ----------
     system : SaddleSystem
-        Its operator is applied to all coarse densities at once, ``operator @ Z``.
-    surface : SampledSurface
-    blocks : callable
-        Lists of density functions to the operator's blocks between them.
+        Its operator has a ``surface`` and gives ``blocks`` between some density functions and
+        the ``image`` of coarse densities; see `hbem.single_layer.SingleLayer`.
     options : SchwarzOptions, optional
     """
     options = SchwarzOptions() if options is None else options
-    functions = Functions.of(surface)
+    functions = Functions.of(system.operator.surface)
     clusters = bisect(functions.positions, options.cluster_size(functions.sizes.size))
     around = patches_around(functions, clusters, options.overlap)
     start = time.perf_counter()
-    inverses = [
-        _own_rows(block, 3 * own.size) for own, block in zip(clusters, blocks(around), strict=True)
-    ]
+    blocks = system.operator.blocks(around)
+    inverses = [_own_rows(b, 3 * own.size) for own, b in zip(clusters, blocks, strict=True)]
     middle = time.perf_counter()
-    coarse = coarse_densities(functions, clusters)
+    coarse = coarse_space(functions, clusters)
     image, factors = _coarse_level(system, coarse)
     return TwoLevelSchwarz(
         [vector_dofs(c) for c in clusters],
         [vector_dofs(p) for p in around],
         inverses,
-        coarse,
+        coarse.densities,
         image,
         factors,
         {"patches": middle - start, "coarse": time.perf_counter() - middle},
@@ -234,35 +209,12 @@ def _own_rows(block: np.ndarray, n_own: int) -> np.ndarray:
 
 
 def _coarse_level(
-    system: SaddleSystem, coarse: csr_matrix
+    system: SaddleSystem, coarse: CoarseSpace
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """``S Z`` and the factors of ``Z^T S Z``, multipliers last."""
-    n, m = coarse.shape[0], system.columns.shape[1]
-    image = np.zeros((system.size, coarse.shape[1] + m))
-    image[:n, : coarse.shape[1]] = product(system.operator, coarse)
-    image[n:, : coarse.shape[1]] = (coarse.T @ system.columns).T
-    image[:n, coarse.shape[1] :] = system.columns
-    return image, lu_factor(np.concatenate([coarse.T @ image[:n], image[n:]]))
-
-
-def product(operator: LinearOperator, densities: csr_matrix) -> np.ndarray:
-    """``operator @ densities`` for sparse densities, dense ``(3 n, k)``.
-
-    Stored operators use the sparsity; others apply themselves to blocks of columns.
-    """
-    if hasattr(operator, "dense"):
-        # rows of a transposed product: both factors are then read in their storage order
-        return np.asarray(densities.T.tocsr() @ operator.dense().T).T
-    return operator @ densities.toarray()
-
-
-def dense_blocks(operator: LinearOperator) -> Blocks:
-    """Blocks of an operator with a method ``dense()``."""
-    matrix = operator.dense()
-
-    def blocks(patches: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-        for patch in patches:
-            dofs = vector_dofs(patch)
-            yield matrix[np.ix_(dofs, dofs)]
-
-    return blocks
+    n, m, z = system.n, system.columns.shape[1], coarse.densities
+    image = np.zeros((system.size, z.shape[1] + m))
+    image[:n, : z.shape[1]] = system.operator.image(coarse)
+    image[n:, : z.shape[1]] = (z.T @ system.columns).T
+    image[:n, z.shape[1] :] = system.columns
+    return image, lu_factor(np.concatenate([z.T @ image[:n], image[n:]]))

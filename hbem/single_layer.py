@@ -8,6 +8,7 @@ determined up to a constant pressure, which the constraint ``<tau, n> = 0`` fixe
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,9 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from . import _far_kernels as kernels
+from .blocks import ExactBlocks, vector_dofs
+from .coarse_image import CoarseSpace, coarse_image
+from .compression import STORED_LIMIT, Compression
 from .near import coincidence
 from .near_field import NearField, near_field, table_values
 from .patches import SurfacePatches
@@ -23,7 +27,6 @@ from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, sample
 
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
-STORED_LIMIT = 6000  # unknowns up to which the matrix is stored
 
 
 class SingleLayer(LinearOperator):
@@ -53,6 +56,14 @@ class SingleLayer(LinearOperator):
         """The matrix ``(3 n_dofs, 3 n_dofs)``."""
         raise NotImplementedError
 
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        """Exact blocks ``(3 n, 3 n)`` between the functions of each patch, in order."""
+        return ExactBlocks(self.surface, self.near).many(patches)
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        """Product with all coarse densities, to about 1e-5: ``(3 n_dofs, k)``."""
+        return coarse_image(self.surface, self.near, coarse)
+
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
 
@@ -62,10 +73,17 @@ class StoredSingleLayer(SingleLayer):
 
     def __init__(self, surface: SampledSurface, near: NearField):
         super().__init__(surface, near)
-        self._matrix = _dense(surface, near)
+        self._matrix = dense_matrix(surface, near)
 
     def dense(self) -> np.ndarray:
         return self._matrix
+
+    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
+        return (self._matrix[np.ix_(d, d)] for d in map(vector_dofs, patches))
+
+    def image(self, coarse: CoarseSpace) -> np.ndarray:
+        # rows of a transposed product: both factors are then read in their storage order
+        return np.asarray(coarse.densities.T.tocsr() @ self._matrix.T).T
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix @ x
@@ -84,7 +102,7 @@ class DirectSingleLayer(SingleLayer):
     """
 
     def dense(self) -> np.ndarray:
-        return _dense(self.surface, self.near)
+        return dense_matrix(self.surface, self.near)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
@@ -107,6 +125,7 @@ def single_layer(
     orders: QuadratureOrders | None = None,
     *,
     storage: str = "auto",
+    compression: Compression | None = None,
 ) -> SingleLayer:
     """Assemble the single layer on one configuration.
 
@@ -119,6 +138,8 @@ def single_layer(
     storage : {"auto", "dense", "direct"}
         Store the matrix, or sum the far field directly at every product; ``auto`` stores
         systems up to `STORED_LIMIT` unknowns.
+    compression : Compression, optional
+        Compress the plain part, unless ``dense`` stores the matrix.
 
     Returns
     -------
@@ -136,10 +157,14 @@ def single_layer(
     surface = sample(patches, coefficients, orders)
     near = near_field(surface, orders)
     stored = storage == "dense" or (storage == "auto" and 3 * patches.n_dofs <= STORED_LIMIT)
+    if compression is not None and storage != "dense":
+        from .compressed_layer import compressed_single_layer
+
+        return compressed_single_layer(surface, near, compression)
     return (StoredSingleLayer if stored else DirectSingleLayer)(surface, near)
 
 
-def _dense(surface: SampledSurface, near: NearField) -> np.ndarray:
+def dense_matrix(surface: SampledSurface, near: NearField) -> np.ndarray:
     """Plain part and near field as one matrix."""
     n = surface.patches.n_dofs
     matrix = np.zeros((n, n, 6))

@@ -19,6 +19,9 @@ class Entry:
 
 
 BENCHMARKS: Mapping[str, Entry] = {
+    "compression": Entry(
+        "cases.benchmarks.compression", "ACA and H2 operators against direct sums and FMM3D"
+    ),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),

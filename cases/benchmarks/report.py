@@ -35,6 +35,10 @@ def execute(name: str, module: str, quick: bool, file: Path | None = None) -> li
         with replacing(file) as stream:
             json.dump(report, stream, indent=2, default=_plain)
             stream.write("\n")
+        if hasattr(benchmark, "draw"):
+            picture = file.with_suffix(".png")
+            benchmark.draw(rows, picture)
+            print(f"picture: {picture}")
     return rows
 
 

@@ -17,6 +17,8 @@ from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
 from hbem.patches import BezierPatches, bernstein, tensor_bernstein
+from shells.splines import SplineSpace
+from shells.surface import SplineSurface
 
 DEGREE = 8
 FIT = 1e-9  # largest accepted geometry error, relative to the body
@@ -155,6 +157,68 @@ def _body(
     )
 
 
+def closed_body(
+    shape: Shape, n_s: int, n_t: int, *, ends: str = "poles", degree: int = 2, pole: str = "merged"
+) -> BezierPatches:
+    """A closed surface from its parametrisation on [0, 1]^2, interpolated to 1e-9.
+
+    Parameters
+    ----------
+    shape : callable
+        ``s, t (...,)`` to points ``(..., 3)``; periodic in t, ``x_s x x_t`` outward.
+    n_s, n_t : int
+        Elements along s and around t.
+    ends : {"poles", "periodic"}
+        Both ends of s collapse to points, or meet each other.
+    degree : int
+        Of the density.
+    pole : {"merged", "c1"}
+
+    Raises
+    ------
+    AssertionError
+        The mesh is too coarse for the shape.
+    ValueError
+        An unknown kind of ends or pole.
+    """
+    if ends not in ("poles", "periodic"):
+        raise ValueError(f"ends must be 'poles' or 'periodic', got {ends!r}")
+    s, t = LineSplines(n_s, degree, ends == "periodic"), LineSplines(n_t, degree, True)
+    whole = identity(s.n * t.n, format="csr")
+    reduction = pole_reduction(s, t, pole) if ends == "poles" else whole
+    return _body(interpolate(shape, n_s, n_t), s, t, reduction)
+
+
+def from_control_points(
+    control: np.ndarray, *, ends: str = "poles", degree: int = 2
+) -> BezierPatches:
+    """A closed spline surface from control points ``(n_s, n_t, 3)``, periodic in t.
+
+    With ``ends = "poles"`` the first and last ring of control points must each be one point.
+
+    Raises
+    ------
+    ValueError
+        An unknown kind of ends, too few points, or end rings that are not points.
+    """
+    control = np.asarray(control, dtype=float)
+    if ends not in ("poles", "periodic"):
+        raise ValueError(f"ends must be 'poles' or 'periodic', got {ends!r}")
+    n_s, n_t, _ = control.shape
+    closed = ends == "periodic"
+    if not closed and np.ptp(control[[0, -1]], axis=1).max() > 1e-12 * np.ptp(control):
+        raise ValueError(
+            "with ends = 'poles' the first and last ring of control points must each be one "
+            "point; repeat the pole, or use ends = 'periodic'"
+        )
+    rows = n_s if closed else n_s - degree
+    s = SplineSpace(np.linspace(0.0, 1.0, rows + 1), degree, periodic=closed)
+    t = SplineSpace(np.linspace(0.0, 1.0, n_t + 1), degree, periodic=True)
+    p = SplineSurface(s, t, pole_start=not closed, pole_end=not closed)
+    tables = (p.indptr, p.dofs, p.extraction, p.bezier)
+    return BezierPatches(p.n_dofs, degree, degree, *tables, control.reshape(-1, 3))
+
+
 def spheroid(
     n_s: int,
     n_t: int,
@@ -176,8 +240,7 @@ def spheroid(
         rho = a * np.sin(theta)
         return np.stack([rho * np.cos(phi), rho * np.sin(phi), c * np.cos(theta)], axis=-1)
 
-    s, t = LineSplines(n_s, degree, False), LineSplines(n_t, degree, True)
-    return _body(interpolate(shape, n_s, n_t), s, t, pole_reduction(s, t, pole))
+    return closed_body(shape, n_s, n_t, degree=degree, pole=pole)
 
 
 def sphere(
@@ -197,9 +260,7 @@ def torus(
         rho = major + minor * np.cos(theta)
         return np.stack([rho * np.cos(phi), rho * np.sin(phi), minor * np.sin(theta)], axis=-1)
 
-    s, t = LineSplines(n_s, degree, True), LineSplines(n_t, degree, True)
-    reduction = identity(s.n * t.n, format="csr")
-    return _body(interpolate(shape, n_s, n_t), s, t, reduction)
+    return closed_body(shape, n_s, n_t, ends="periodic", degree=degree)
 
 
 def fitted(body: BezierPatches, samples: int = 6) -> BezierPatches:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
 
+    from ..accuracy import Accuracy
+
 RUNNING = "running"
 
 
@@ -38,10 +40,19 @@ class RunRecord(Silent):
     scene : Scene
     tolerances : mapping, optional
         Resolved tolerances beside those of the scene.
+    accuracy : Accuracy, optional
+        What the fluid's tolerance came to; its review is written at the end.
     """
 
-    def __init__(self, path: Path, scene: Scene, tolerances: Mapping[str, Any] | None = None):
-        self.path = path
+    def __init__(
+        self,
+        path: Path,
+        scene: Scene,
+        tolerances: Mapping[str, Any] | None = None,
+        accuracy: Accuracy | None = None,
+    ):
+        self.path, self._accuracy = path, accuracy
+        self.compression: Mapping[str, Any] = {}
         self._began = time.perf_counter()
         self._phases: Counter[str] = Counter()
         self._causes: Counter[str] = Counter()
@@ -59,6 +70,7 @@ class RunRecord(Silent):
                 "coupling.absolute_tolerance": scene.coupling.absolute_tolerance,
                 **(tolerances or {}),
             },
+            **({"accuracy": {"before": accuracy.before()}} if accuracy else {}),
             "skips": old.get("skips", []),
             "sessions": [*old.get("sessions", []), self._session],
         }
@@ -86,6 +98,8 @@ class RunRecord(Silent):
     def write(self) -> None:
         """Replace the file by the present state."""
         self._session["seconds"] = round(time.perf_counter() - self._began, 3)
+        if self.compression:
+            self._record["compression"] = dict(self.compression)
         self._session["phases"] = {name: round(s, 3) for name, s in self._phases.items()}
         with replacing(self.path) as file:
             json.dump(self._record, file, indent=2, default=_plain)
@@ -93,6 +107,8 @@ class RunRecord(Silent):
 
     def on_accepted(self, step: AcceptedStep) -> None:
         self._session.update(step=step.step, t=step.state.t)
+        if self._accuracy:
+            self._accuracy.note(step)
 
     def on_rejected(self, rejection: Rejection) -> None:
         self._causes[rejection.cause.name] += 1
@@ -109,6 +125,8 @@ class RunRecord(Silent):
 
     def close(self, outcome: Outcome) -> None:
         self._session["counts"] = dict(outcome.counts)
+        if self._accuracy:
+            self._record["accuracy"]["after"] = self._accuracy.after()
         self._record.update(
             result=outcome.result.name.lower(),
             advice=outcome.detail,

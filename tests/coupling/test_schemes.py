@@ -48,6 +48,9 @@ class LinearFluid:
         self.assemblies += 1
         return self
 
+    def reset(self):
+        self.assemblies = 0
+
     def traction(self, velocity):
         return Traction(self.rho * self.dt * velocity, 0.0)
 

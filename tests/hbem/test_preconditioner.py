@@ -6,30 +6,31 @@ mass matrix 60.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from scipy.sparse import diags
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
-from hbem.blocks import ExactBlocks
-from hbem.closest_point import outer_pairs
 from hbem.gmres import KrylovResult, gmres
-from hbem.krylov import DenseSaddle, IterativeSaddle, PreconditionerStore, SaddleSystem
-from hbem.near import near_correction, sparse_correction
+from hbem.krylov import (
+    DenseSaddle,
+    IterativeSaddle,
+    MassPreconditioner,
+    PreconditionerStore,
+    SaddleSystem,
+)
 from hbem.patches import union
 from hbem.preconditioner import (
     Functions,
     SchwarzOptions,
     bisect,
-    coarse_densities,
-    dense_blocks,
+    coarse_space,
     patches_around,
     two_level_schwarz,
-    vector_dofs,
 )
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
+from hbem.single_layer import DirectSingleLayer, single_layer
 from hbem.topology import closed_components
 
 
@@ -59,7 +60,7 @@ def test_clusters_cover_every_function_once(gap):
 def test_coarse_densities_hold_constants_and_the_normal(gap):
     layer, _ = gap
     functions = Functions.of(layer.surface)
-    Z = coarse_densities(functions, bisect(functions.positions, 64))
+    Z = coarse_space(functions, bisect(functions.positions, 64)).densities
     gram = (Z.T @ Z).toarray()
     np.testing.assert_allclose(gram, np.eye(Z.shape[1]), atol=1e-12)
     for density in (np.tile([1.0, 2.0, 3.0], (392, 1)), functions.normals):
@@ -70,8 +71,9 @@ def test_coarse_densities_hold_constants_and_the_normal(gap):
 def test_few_iterations_in_a_gap(gap):
     layer, data = gap
     surface = layer.surface
-    system = SaddleSystem(layer, surface.constraint, surface.mass)
-    schwarz = two_level_schwarz(system, surface, dense_blocks(layer), SchwarzOptions(own=32))
+    schwarz = two_level_schwarz(
+        SaddleSystem(layer, surface.constraint, surface.mass), SchwarzOptions(own=32)
+    )
     direct = DenseSaddle(layer, surface.constraint, surface.mass).solve(data).solution
 
     def solve(preconditioner):
@@ -79,7 +81,7 @@ def test_few_iterations_in_a_gap(gap):
             layer, surface.constraint, surface.mass, 1e-6, preconditioner=preconditioner
         ).solve(data)
 
-    found, plain = solve(schwarz), solve(None)
+    found, plain = solve(lambda system: schwarz), solve(MassPreconditioner)
     assert found.result is KrylovResult.CONVERGED
     assert found.residual <= 1e-6
     assert found.iterations <= 9
@@ -89,26 +91,21 @@ def test_few_iterations_in_a_gap(gap):
     assert "clusters" in repr(schwarz)
 
 
-def test_exact_blocks_agree_with_the_stored_matrix(gap):
-    """Near part and plain kernel together are the operator's own entries."""
-    layer, _ = gap
-    surface, orders = layer.surface, QuadratureOrders()
-    pairs = outer_pairs(surface, orders, slice(0, surface.outer.points.shape[0]))
-    correction = sparse_correction(surface, pairs, near_correction(surface, pairs, orders))
-    test = surface.basis.T @ diags(surface.outer.weights)
-    parts = [(test @ c).tocsr() for c in correction]
-
-    class Near:
-        def components(self, rows, columns):
-            return np.stack([p[rows][:, columns].toarray() for p in parts], axis=-1)
-
-    functions = Functions.of(surface)
-    clusters = bisect(functions.positions, 100)
-    patches = patches_around(functions, clusters, 1.0)[:2]
-    for patch, block in zip(patches, ExactBlocks(surface, Near()).many(patches), strict=True):
-        dofs = vector_dofs(patch)
-        stored = layer.dense()[np.ix_(dofs, dofs)]
-        np.testing.assert_allclose(block, stored, atol=1e-13 * np.abs(stored).max())
+def test_direct_blocks_and_image_agree_with_the_stored_matrix(gap):
+    """Near part and plain kernel together are the operator's own entries; the image is smooth."""
+    stored, _ = gap
+    direct = DirectSingleLayer(stored.surface, stored.near)
+    functions = Functions.of(stored.surface)
+    clusters = bisect(functions.positions, 25)
+    patches = patches_around(functions, clusters, 1.0)
+    for found, exact in zip(direct.blocks(patches), stored.blocks(patches), strict=True):
+        np.testing.assert_allclose(found, exact, atol=1e-13 * np.abs(exact).max())
+    coarse = coarse_space(functions, clusters)
+    found, exact = direct.image(coarse), stored.image(coarse)
+    np.testing.assert_allclose(exact, stored.dense() @ coarse.densities.toarray(), atol=1e-15)
+    error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    assert error < 3e-5
+    assert error > 1e-12  # some boxes were far
 
 
 def test_one_multiplier_for_each_component():
@@ -135,21 +132,17 @@ def test_one_multiplier_for_each_component():
 
 
 def test_store_keeps_until_it_degrades():
-    store, built = PreconditionerStore(growth=1.5, slack=2), []
-    system = type("System", (), {"size": 10})()
-
-    def build():
-        built.append(len(built))
-        return lambda v: v
-
+    store = PreconditionerStore(lambda system: lambda v: v, growth=1.5, slack=2)
+    system = SimpleNamespace(size=10)
+    kept = []
     for iterations in (10, 12, 17, 18, 30):
-        store.get(system, build)
+        kept.append(store(system))
         store.note(iterations)
-    assert built == [0, 1]  # 18 > 1.5 * 10 + 2 drops the first; 30 counts for the second
+    assert kept[0] is kept[3] is not kept[4]  # 18 > 1.5 * 10 + 2 drops the first
+    assert store(system) is kept[4]  # 30 counts as the second one's first
     store.drop()
-    store.get(system, build)
-    assert len(built) == 3
-    store.get(type("System", (), {"size": 11})(), build)
+    assert store(system) is not kept[4]
+    store(SimpleNamespace(size=11))
     assert store.built == 4
 
 

@@ -1,0 +1,278 @@
+"""Compressed Stokes operators against direct sums and FMM3D, then full operators of bags.
+
+Rows: N points on a sphere and on a stack of ten flat layers with gaps of 0.01 at 1e-3 and 1e-6:
+build, apply, bytes, measured error; FMM3D (its wheel is a generic x86-64 build: a native one
+is faster) and the direct sum in the same run. Then Galerkin operators of disc bags: near
+field, compression, preconditioner and GMRES apart, against dense where dense fits.
+"""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hbem.compressed import Compressed, PointKernel, direct
+from hbem.compression import Compression
+from hbem.h2matrix import h2matrix
+from hbem.hmatrix import forecast_points, hmatrix
+from hbem.krylov import IterativeSaddle, SaddleSystem
+from hbem.preconditioner import two_level_schwarz
+from hbem.single_layer import SingleLayer, single_layer
+
+from ..geometry.pillow import round_bag
+
+TOLERANCES = (1e-3, 1e-6)
+MEMORY = 3.0e9  # bytes an operator of this benchmark may take
+DIRECT = 3000  # targets of a timed direct sum; the rest is extrapolated
+BUILDERS = {"aca": hmatrix, "h2": h2matrix}
+
+
+def sphere(n: int) -> np.ndarray:
+    """Fibonacci points on the unit sphere."""
+    k = np.arange(n) + 0.5
+    z, phi = 1.0 - 2.0 * k / n, np.pi * (1.0 + np.sqrt(5.0)) * k
+    r = np.sqrt(1.0 - z * z)
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+
+
+def stack(n: int, layers: int = 10, gap: float = 0.01) -> np.ndarray:
+    """About n points on parallel unit squares, exactly coplanar in each layer."""
+    m = round(np.sqrt(n / layers))
+    x, y = (g.ravel() for g in np.meshgrid(*[(np.arange(m) + 0.5) / m] * 2, indexing="ij"))
+    return np.concatenate([np.stack([x, y, np.full(m * m, k * gap)], 1) for k in range(layers)])
+
+
+CLOUDS: dict[str, Callable[[int], np.ndarray]] = {"sphere": sphere, "stack": stack}
+
+
+def pairs() -> int:
+    """Calibration: a direct sum."""
+    points = sphere(2000)
+    PointKernel(points).rows(np.arange(2000), np.ones((1, 3, 2000)))
+    return 2000**2
+
+
+def _timed(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
+    """Shortest wall time and the last result."""
+    best = np.inf
+    for _ in range(repeats):
+        began = time.perf_counter()
+        result = function()
+        best = min(best, time.perf_counter() - began)
+    return best, result
+
+
+def _direct_row(cloud: str, points: np.ndarray) -> dict[str, Any]:
+    operator = direct(PointKernel(points), None)
+    n = points.shape[0]
+    some = np.arange(0, n, -(-n // DIRECT))
+    seconds, _ = _timed(lambda: operator.exact_rows(some, np.ones((n, 3, 1))), 2)
+    return {
+        "case": f"{cloud}, direct sum",
+        "seconds": seconds * n / some.size,
+        "error": 0.0,
+        "N": n,
+        "reference": f"timed on {some.size} targets",
+    }
+
+
+def _fmm_row(cloud: str, points: np.ndarray, tolerance: float) -> dict[str, Any] | None:
+    try:
+        import fmm3dpy
+    except ImportError:
+        return None
+    n = points.shape[0]
+    f, x = np.random.default_rng(1).standard_normal((3, n)), np.ascontiguousarray(points.T)
+    seconds, found = _timed(
+        lambda: fmm3dpy.stfmm3d(eps=tolerance, sources=x, stoklet=f, ifppreg=1), 2
+    )
+    some = np.random.default_rng(0).permutation(n)[:200]
+    exact = direct(PointKernel(points), None).exact_rows(some, f.T[:, :, None])[:, :, 0]
+    given = found.pot.reshape(3, n)[:, some].T / (8.0 * np.pi)
+    given = given * (np.vdot(given, exact) / np.vdot(given, given))  # normalisations differ
+    return {
+        "case": f"{cloud}, FMM3D (generic wheel)",
+        "seconds": seconds,
+        "error": float(np.linalg.norm(given - exact) / np.linalg.norm(exact)),
+        "N": n,
+        "tolerance": tolerance,
+        "reference": "exact sums at 200 points",
+    }
+
+
+def _compressed_row(
+    cloud: str, method: str, points: np.ndarray, tolerance: float, peer: dict[str, Any]
+) -> dict[str, Any]:
+    began = time.perf_counter()
+    operator: Compressed = BUILDERS[method](points, tolerance)
+    total = time.perf_counter() - began
+    x = np.random.default_rng(1).standard_normal((points.shape[0], 3, 1))
+    seconds, _ = _timed(lambda: operator.apply(x))
+    s = operator.statistics
+    return {
+        "case": f"{cloud}, {method}",
+        "seconds": seconds,
+        "error": s.achieved,
+        "N": points.shape[0],
+        "tolerance": tolerance,
+        "build": s.build_seconds,
+        "build and check": total,
+        "bytes/unknown": s.bytes_per_unknown,
+        "rank": s.rank_mean,
+        "rank max": s.rank_max,
+        "ratio": peer["seconds"] / seconds,
+        "build/peer": s.build_seconds / peer["seconds"],
+        "peer": peer["case"].split(", ")[1],
+        "reference": "exact rows, random and constant densities",
+        "note": s.note,
+    }
+
+
+def _point_rows(sizes: tuple[int, ...]) -> Iterator[dict[str, Any]]:
+    for cloud, make in CLOUDS.items():
+        for n in sizes:
+            points = make(n)
+            exact = _direct_row(cloud, points)
+            yield exact
+            for tolerance in TOLERANCES:
+                peer = _fmm_row(cloud, points, tolerance)
+                if peer is not None:
+                    yield peer
+                for method in BUILDERS:
+                    if method == "aca" and forecast_points(points, tolerance) > MEMORY:
+                        continue  # more memory than the benchmark may take; h2 has a row
+                    yield _compressed_row(cloud, method, points, tolerance, peer or exact)
+
+
+def _bag_row(n_s: int, gap: float, compression: Compression | None) -> dict[str, Any]:
+    """One fluid solve of a disc bag: assembly, preconditioner, GMRES to 1e-6."""
+    bag = round_bag(n_s, gap=gap)
+    began = time.perf_counter()
+    layer = single_layer(bag.surface, bag.coefficients, storage="direct", compression=compression)
+    assembled = time.perf_counter() - began
+    solved, system, parts = _solve(layer)
+    row = {
+        "case": f"bag, gap/extent {gap:g}, {compression.method if compression else 'direct'}",
+        "seconds": assembled + parts["preconditioner"] + parts["gmres"],
+        "error": np.nan,
+        "unknowns": layer.shape[0],
+        "tolerance": compression.tolerance if compression else 0.0,
+    }
+    if compression is not None:
+        s = layer.plain.statistics
+        row |= {
+            "near": assembled - s.build_seconds,
+            "build": s.build_seconds,
+            "apply": s.apply_seconds,
+            "bytes/unknown": s.bytes_per_unknown,
+            "error random": s.achieved,
+            "error gap-opposed": layer.error_gap,
+        }
+    reference, what = _reference(layer, solved, system)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    return row | parts | {"error": reference, "reference": what, "peak GB so far": peak}
+
+
+def _solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, float]]:
+    """Traction of a bag whose sheets approach each other at a velocity linear in position."""
+    surface = layer.surface
+    scale = SaddleSystem(layer, surface.constraint, surface.mass)
+    began = time.perf_counter()
+    schwarz = two_level_schwarz(scale)
+    middle = time.perf_counter()
+    system = IterativeSaddle(
+        layer, surface.constraint, surface.mass, tolerance=1e-6, preconditioner=schwarz
+    )
+    x = surface.outer.points
+    solved = system.solve(surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel())
+    parts = {
+        "preconditioner": middle - began,
+        "gmres": time.perf_counter() - middle,
+        "iterations": solved.iterations,
+        "residual": solved.residual,
+    }
+    return solved, system, parts
+
+
+def _reference(layer: SingleLayer, solved: Any, system: IterativeSaddle) -> tuple[float, str]:
+    """Traction error from compression and Krylov: a step of refinement with exact sums."""
+    surface = layer.surface
+    exact = single_layer_direct(layer)
+    x = surface.outer.points
+    rhs = surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel()
+    full = SaddleSystem(exact, surface.constraint, surface.mass)
+    zeta = np.atleast_1d(solved.zeta) / full.scale
+    residual = full.extend(rhs) - full.apply(np.concatenate([solved.solution, zeta]))
+    correction = system.solve(residual[: full.n])
+    mass = surface.mass
+
+    def norm(v: np.ndarray) -> float:
+        v = v.reshape(-1, 3)
+        return float(np.sqrt(np.sum(v * (mass @ v))))
+
+    error = norm(correction.solution) / norm(solved.solution)
+    return error, "traction, L2: correction by one exact residual"
+
+
+def single_layer_direct(layer: SingleLayer) -> SingleLayer:
+    """The same operator by direct sums."""
+    from hbem.single_layer import DirectSingleLayer
+
+    return DirectSingleLayer(layer.surface, layer.near)
+
+
+def run(quick: bool) -> list[dict[str, Any]]:
+    """Rows of the benchmark; ``quick`` takes the smallest sizes."""
+    for build in BUILDERS.values():  # compiles the kernels
+        for tolerance in TOLERANCES:
+            build(sphere(2000), tolerance)
+    rows = list(_point_rows((10_000,) if quick else (10_000, 30_000, 100_000)))
+    h2, aca = (Compression(m, t) for m, t in (("h2", 1e-3), ("aca", 5e-5)))
+    _bag_row(16, 0.05, h2), _bag_row(16, 0.05, aca)
+    bags = [(44, 0.05)] if quick else [(44, 0.05), (44, 0.01), (84, 0.05), (84, 0.01), (102, 0.01)]
+    for n_s, gap in bags:
+        tolerances = {0.05: (1e-3, 5e-5), 0.01: (1e-4, 1e-6)}[gap]
+        for method, tolerance in zip(("h2", "aca"), tolerances, strict=True):
+            rows.append(_bag_row(n_s, gap, Compression(method, tolerance)))
+    if not quick:
+        rows.append(_bag_row(260, 0.05, h2))
+    return rows
+
+
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """Apply, build and bytes against N, log-log, with slopes of N, N log N and N^2."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    shown = ("seconds", "build", "bytes/unknown")
+    titles = ("one application [s]", "build [s]", "bytes an unknown")
+    figure, axes = plt.subplots(1, 3, figsize=(15, 5), layout="constrained")
+    lines: dict[tuple[str, float], list[dict[str, Any]]] = {}
+    for row in rows:
+        if "N" in row:
+            lines.setdefault((row["case"], row.get("tolerance", 0.0)), []).append(row)
+    for axis, key, title in zip(axes, shown, titles, strict=True):
+        for (case, tolerance), line in lines.items():
+            found = [(r["N"], r[key]) for r in line if r.get(key)]
+            if found:
+                label = f"{case} {tolerance:g}" if tolerance else case
+                style = "--" if "stack" in case else "-"
+                axis.loglog(*zip(*found, strict=True), style, marker="o", ms=3, label=label)
+        n = np.array(sorted({r["N"] for line in lines.values() for r in line}), dtype=float)
+        low = min(r[key] for line in lines.values() for r in line if r.get(key))
+        if key != "bytes/unknown":
+            for name, growth in (("N", n), ("N log N", n * np.log(n)), ("N^2", n**2)):
+                axis.loglog(n, 0.7 * low * growth / growth[0], ":", color="0.5", lw=1)
+                axis.annotate(name, (n[-1], 0.7 * low * growth[-1] / growth[0]), fontsize=8)
+        axis.set(title=title, xlabel="N points")
+        axis.grid(alpha=0.3)
+    axes[0].legend(fontsize=7)
+    figure.savefig(path, dpi=120)
+    plt.close(figure)

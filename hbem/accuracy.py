@@ -1,0 +1,263 @@
+"""From the accuracy wanted of the traction to the tolerances of quadrature, compression, Krylov.
+
+Lubrication amplifies operator errors: in a gap of thinness ``eps = gap / (2 extent)`` a relative
+error p of the matrix becomes up to ``0.1 eps^-2.6 p`` of the traction. The tables below are
+measured on disc bags (`airfold bench integrals` repeats them), interpolated in the logarithms of
+eps and tolerance; the formula serves only beyond them. All other modules receive numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .quadrature import QuadratureOrders
+
+# Shares of the budget; the rest is what the estimates themselves may be off by.
+QUADRATURE, COMPRESSION, KRYLOV = 0.5, 0.3, 0.1
+AMPLIFICATION = 2.6  # exponent beyond the tables
+THIN = 0.2  # below, two-level Schwarz; above, the mass matrix is enough
+SMALLEST_KRYLOV, LARGEST_KRYLOV = 1e-9, 1e-5
+
+# Traction error of each rule against thinness, cheapest first.
+THINNESS = np.array([0.01, 0.02, 0.05, 0.1, 0.3])
+RULES: tuple[tuple[QuadratureOrders, tuple[float, ...]], ...] = (
+    (QuadratureOrders(), (1.5e-2, 1.2e-3, 2e-4, 2.4e-4, 2.8e-5)),
+    (QuadratureOrders.fine(), (1.4e-2, 1.2e-3, 1.4e-4, 2.4e-4, 2.7e-5)),
+    (QuadratureOrders(far=4), (9.1e-3, 4e-4, 3e-5, 3.2e-6, 2.4e-6)),
+    (
+        QuadratureOrders(far=4, near_offset=10.0, near_slope=3.8, radial=18, angular=20),
+        (8.5e-4, 3.4e-4, 8e-6, 3.1e-6, 7.5e-7),
+    ),
+)
+# Traction error of each compression tolerance, thinness 0.01 and 0.05.
+COMPRESSED_AT = np.array([0.01, 0.05])
+COMPRESSED: Mapping[str, tuple[np.ndarray, np.ndarray]] = {
+    "aca": (
+        np.array([1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]),
+        np.array(
+            [
+                [1.1e-1, 3.1e-2, 5.2e-3, 8.4e-4, 7e-5, 1.1e-5],
+                [1.2e-2, 2.2e-3, 1.3e-4, 3.4e-5, 1.5e-6, 1.8e-7],
+            ]
+        ),
+    ),
+    "h2": (
+        np.array([1e-3, 1e-4, 1e-5, 1e-6, 1e-7]),
+        np.array([[2.8e-3, 7e-4, 4.3e-5, 8e-6, 2e-7], [1.2e-3, 9e-5, 2.8e-6, 5.7e-7, 1.4e-8]]),
+    ),
+}
+# Traction error over true residual, two-level Schwarz.
+RESIDUAL_AT, RESIDUAL = np.array([0.01, 0.05]), np.array([64.0, 9.0])
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Tolerances that a traction error allows in the narrowest gap.
+
+    Attributes
+    ----------
+    traction : float
+        Relative traction error asked for, beside that of the mesh.
+    thinness : float
+        ``eps = gap / (2 extent)``.
+    orders : QuadratureOrders
+    compression : mapping
+        Relative matrix tolerance by method, ``"aca"`` and ``"h2"``.
+    krylov : float
+        True relative residual.
+    preconditioner : str
+        ``"schwarz"`` or ``"mass"``.
+    predicted : mapping
+        Traction error expected from ``quadrature``, ``compression`` and ``krylov``.
+    warnings : tuple of str
+        What cannot be met, with numbers and remedy; empty if everything can.
+    """
+
+    traction: float
+    thinness: float
+    orders: QuadratureOrders
+    compression: Mapping[str, float]
+    krylov: float
+    preconditioner: str
+    predicted: Mapping[str, float]
+    warnings: tuple[str, ...]
+
+    @property
+    def met(self) -> bool:
+        return not self.warnings
+
+    @property
+    def total(self) -> float:
+        """Sum of the predicted traction errors."""
+        return sum(self.predicted.values())
+
+    def describe(self) -> dict[str, float | str]:
+        """Plain numbers for records."""
+        o = self.orders
+        return {
+            "traction": self.traction,
+            "thinness": self.thinness,
+            "near_rule": f"{o.near_offset:g} + {o.near_slope:g} ln(1/b)",
+            "polar_rule": f"{o.radial} x {o.angular}",
+            "outer_points": o.outer,
+            "far_points": o.source,
+            "compression_aca": self.compression["aca"],
+            "compression_h2": self.compression["h2"],
+            "krylov": self.krylov,
+            **{f"predicted_{name}": value for name, value in self.predicted.items()},
+        }
+
+
+def thinness(gap: float, extent: float) -> float:
+    """``eps = gap / (2 extent)`` of a gap between two sheets.
+
+    Raises
+    ------
+    ValueError
+        A gap or extent that is not positive.
+    """
+    if not (gap > 0.0 and extent > 0.0):
+        raise ValueError(f"gap and extent must be positive, got {gap:g} and {extent:g}")
+    return gap / (2.0 * extent)
+
+
+def budget(traction: float, gap: float, extent: float) -> Budget:
+    """Tolerances for a relative traction error.
+
+    Parameters
+    ----------
+    traction : float
+        In (0, 1).
+    gap, extent : float
+        Sheet distance and lateral extent of the narrowest gap; infinite gaps are fat bodies.
+
+    Raises
+    ------
+    ValueError
+        A traction error outside (0, 1), or a gap or extent that is not positive.
+    """
+    if not 0.0 < traction < 1.0:
+        raise ValueError(f"the traction error must lie in (0, 1), got {traction:g}")
+    eps = thinness(gap, extent)
+    errors = [_at(eps, THINNESS, np.array(row)) for _, row in RULES]
+    enough = [i for i, error in enumerate(errors) if error <= QUADRATURE * traction]
+    chosen = enough[0] if enough else int(np.argmin(errors))
+    amplification = _at(eps, RESIDUAL_AT, RESIDUAL)
+    krylov = KRYLOV * traction / amplification
+    krylov = min(max(krylov, SMALLEST_KRYLOV), LARGEST_KRYLOV)
+    predicted = {
+        "quadrature": errors[chosen],
+        "compression": COMPRESSION * traction,
+        "krylov": krylov * amplification,
+    }
+    return Budget(
+        traction,
+        eps,
+        RULES[chosen][0],
+        {method: matrix_tolerance(method, COMPRESSION * traction, eps) for method in COMPRESSED},
+        krylov,
+        "schwarz" if eps < THIN else "mass",
+        predicted,
+        _warnings(traction, eps, errors[chosen], krylov * amplification),
+    )
+
+
+def matrix_tolerance(method: str, traction: float, eps: float) -> float:
+    """Compression tolerance that costs the given traction error at thinness eps.
+
+    Above the table's thinness its last row serves, which is safe.
+    """
+    tolerances, rows = COMPRESSED[method]
+    logs = [np.interp(np.log(traction), np.log(r[::-1]), np.log(tolerances[::-1])) for r in rows]
+    # beyond the ends of a row errors are proportional to tolerances
+    for i, row in enumerate(rows):
+        logs[i] += min(0.0, math.log(traction / row[-1])) + max(0.0, math.log(traction / row[0]))
+    x = np.clip(np.log(eps), *np.log(COMPRESSED_AT))
+    tolerance = math.exp(np.interp(x, np.log(COMPRESSED_AT), logs))
+    return min(tolerance * min(1.0, eps / COMPRESSED_AT[0]) ** AMPLIFICATION, 1e-2)
+
+
+def compression_error(method: str, tolerance: float, eps: float) -> float:
+    """Traction error expected of a compression tolerance at thinness eps."""
+    low, high = 1e-14, 1.0
+    for _ in range(60):
+        middle = math.sqrt(low * high)
+        low, high = (
+            (middle, high) if matrix_tolerance(method, middle, eps) < tolerance else (low, middle)
+        )
+    return math.sqrt(low * high)
+
+
+def review(
+    asked: Budget, *, gap: float, extent: float, residual: float, zeta: float
+) -> dict[str, float | str]:
+    """What a run achieved against its budget, for its record.
+
+    Parameters
+    ----------
+    asked : Budget
+        Before the run.
+    gap, extent : float
+        Smallest gap that occurred, and its extent.
+    residual, zeta : float
+        Largest true residual of the linear systems and largest multiplier over the largest
+        velocity: quadrature and Krylov error of the flux.
+    """
+    eps = thinness(gap, extent)
+    errors = dict(zip([o for o, _ in RULES], [row for _, row in RULES], strict=True))
+    quadrature = _at(eps, THINNESS, np.array(errors[asked.orders]))
+    krylov = residual * _at(eps, RESIDUAL_AT, RESIDUAL)
+    expected = quadrature + krylov
+    verdict = "met"
+    if expected > asked.traction:
+        cause = f"the gap closed to {gap:.3g}" if eps < asked.thinness else "as warned before"
+        verdict = (
+            f"missed: {cause} (thinness {eps:.2g}, {asked.thinness:.2g} at the start); expected "
+            f"traction error {expected:.1e} where {asked.traction:.0e} was asked"
+        )
+    return {
+        "thinness": eps,
+        "expected_quadrature": quadrature,
+        "expected_krylov": krylov,
+        "largest_zeta": zeta,
+        "verdict": verdict,
+    }
+
+
+def _at(eps: float, at: np.ndarray, values: np.ndarray) -> float:
+    """Interpolate in logarithms; thinner than the table, grow by the amplification."""
+    inside = math.exp(np.interp(math.log(eps), np.log(at), np.log(values)))
+    return inside * max(1.0, at[0] / eps) ** AMPLIFICATION
+
+
+def _warnings(traction: float, eps: float, quadrature: float, krylov: float) -> tuple[str, ...]:
+    found = []
+    if quadrature > QUADRATURE * traction:
+        remedy = _round_up(quadrature / QUADRATURE)
+        found.append(
+            f"fluid.tolerance = {traction:g} cannot be met in a gap of thinness {eps:.2g}: even "
+            f"the finest rule leaves a traction error of about {quadrature:.1e} (half of the "
+            f"tolerance is allowed); set fluid.tolerance to {remedy:g}, or open the gap"
+        )
+    if krylov > KRYLOV * traction * 1.001:
+        found.append(
+            f"fluid.tolerance = {traction:g} asks for a residual below {SMALLEST_KRYLOV:g}, which "
+            f"rounding hides at thinness {eps:.2g}; set fluid.tolerance to "
+            f"{_round_up(krylov / KRYLOV):g}"
+        )
+    if eps < THINNESS[0]:
+        found.append(
+            f"the gap is thinner ({eps:.2g}) than the measured range ({THINNESS[0]:g}): errors are "
+            "extrapolated as eps^-2.6"
+        )
+    return tuple(found)
+
+
+def _round_up(value: float) -> float:
+    """The next number with one digit."""
+    scale = 10.0 ** math.floor(math.log10(value))
+    return math.ceil(value / scale - 1e-9) * scale

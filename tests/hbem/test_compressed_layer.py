@@ -1,0 +1,90 @@
+"""The compressed single layer of a bag: against dense, its solve, its statistics."""
+
+import numpy as np
+import pytest
+
+from cases.geometry.bodies import sphere, torus
+from cases.geometry.pillow import round_bag
+from hbem.compression import Compression, choose
+from hbem.krylov import IterativeSaddle
+from hbem.quadrature import QuadratureOrders
+from hbem.single_layer import single_layer
+
+
+def layers(body, method, tolerance, orders=None):
+    surface = getattr(body, "surface", body)
+    args = (surface, body.coefficients, orders)
+    compressed = single_layer(*args, compression=Compression(method, tolerance))
+    return compressed, single_layer(*args, storage="dense")
+
+
+@pytest.mark.parametrize("method", ["aca", "h2"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+@pytest.mark.parametrize("body", [torus(16, 16), round_bag(20, gap=0.05)], ids=["torus", "bag"])
+def test_against_dense(body, method, tolerance):
+    compressed, dense = layers(body, method, tolerance)
+    x = np.random.default_rng(0).standard_normal((dense.shape[0], 2))
+    x[:, 1] = np.tile([1.0, 2.0, 3.0], dense.shape[0] // 3)
+    exact = dense @ x
+    error = np.linalg.norm(compressed @ x - exact, axis=0) / np.linalg.norm(exact, axis=0)
+    assert error.max() <= tolerance
+    assert compressed.plain.statistics.achieved <= tolerance
+
+
+def test_gap_opposed_error_is_the_true_one():
+    """Measured on sampled rows against the dense matrix, relative to |A x|."""
+    body = round_bag(20, gap=0.05)
+    compressed, dense = layers(body, "aca", 1e-3)
+    from hbem.compressed_layer import gap_opposed
+
+    x = gap_opposed(compressed.surface).ravel()
+    exact = dense @ x
+    true = np.linalg.norm(compressed @ x - exact) / np.linalg.norm(exact)
+    assert compressed.error_gap == pytest.approx(true, rel=0.7)
+
+
+def test_different_source_points():
+    """H2 takes two sets of points; ACA says that it does not."""
+    orders = QuadratureOrders(outer=2, far=3)
+    compressed, dense = layers(torus(12, 12), "h2", 1e-4, orders)
+    x = np.random.default_rng(0).standard_normal(dense.shape[0])
+    assert np.linalg.norm(compressed @ x - dense @ x) <= 1e-4 * np.linalg.norm(dense @ x)
+    with pytest.raises(ValueError, match="equal outer and source points"):
+        layers(torus(12, 12), "aca", 1e-4, orders)
+
+
+@pytest.mark.parametrize("method", ["aca", "h2"])
+def test_drag_of_a_sphere(method):
+    """Solved with the compressed operator: a translating sphere has traction -3/2 per unit."""
+    body = sphere(8, 16)
+    compressed, _ = layers(body, method, 1e-5)
+    surface = compressed.surface
+    system = IterativeSaddle(compressed, surface.constraint, surface.mass, tolerance=1e-7)
+    rhs = (surface.mass @ np.tile([0.0, 0.0, 1.0], (body.n_dofs, 1))).ravel()
+    solved = system.solve(rhs)
+    assert solved.result.ok
+    force = (surface.mass @ solved.solution.reshape(-1, 3)).sum(axis=0)
+    assert force[2] == pytest.approx(6.0 * np.pi, rel=1e-5)
+
+
+def test_statistics_name_everything():
+    compressed, _ = layers(torus(12, 12), "h2", 1e-3)
+    record = compressed.statistics()
+    for key in ("achieved", "error_gap", "rank_max", "bytes_far", "ratio", "build_seconds"):
+        assert np.isfinite(record[key]), key
+    assert "gap-opposed" in repr(compressed)
+    with pytest.raises(TypeError, match="no entries to index"):
+        compressed[0, 0]
+
+
+def test_choice():
+    tolerances = {"aca": 5e-5, "h2": 1e-3}
+    small = {"n_dofs": 500, "n_outer": 4500, "n_source": 4500}
+    large = {"n_dofs": 30000, "n_outer": 270000, "n_source": 270000}
+    assert choose("auto", tolerances, **small) is None
+    assert choose("dense", tolerances, **large) is None
+    assert choose("auto", tolerances, **large).method == "h2"
+    assert choose("auto", tolerances, **large, products=10**5).method == "aca"
+    assert choose("aca", tolerances, **small).tolerance == 5e-5
+    with pytest.raises(ValueError, match="none of"):
+        Compression("fmm", 1e-3)
