@@ -22,6 +22,7 @@ BENCHMARKS: Mapping[str, Entry] = {
     "compression": Entry(
         "cases.benchmarks.compression", "ACA and H2 operators against direct sums and FMM3D"
     ),
+    "folds": Entry("cases.benchmarks.folds", "one fluid solve of bags folded 2, 4, 8, 16 times"),
     "pancake": Entry(
         "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
     ),
