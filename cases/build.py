@@ -149,7 +149,7 @@ class Sampler:
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         parts = (self.body.membrane, self.body.patch)
         sampling = block_diag([part.sample(xi, eta) for part in parts], format="csr")
-        cells = certify.grid_triangles(sum(p.n_elements for p in parts), CERTIFIED_SAMPLES)
+        cells = certify.grid_cells(sum(p.n_elements for p in parts), CERTIFIED_SAMPLES)
         return certify.Certificate(sampling, cells, self.body.coefficients)
 
     def surface_grid(

@@ -153,10 +153,12 @@ def _sizes(scene: Scene, body: Bag) -> list[Item]:
     elements = body.membrane.n_elements + body.patch.n_elements
     error = f"largest distance {body.fit_error:.2g}"
     volume_error = abs(start / body.exact_volume - 1.0)
+    # a crumpled bag has no exact shape to compare with
+    compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
     return [
         Item("elements", elements, "", f"{body.patch.n_elements} of them inflow patch"),
         Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
-        Item("initial volume", start, "", f"of the spline fit: {error}, volume {volume_error:.1e}"),
+        Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
         Item("final volume", scene.inflow.final_volume * start),
         Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
         Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),

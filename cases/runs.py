@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import loader
 from .accuracy import Accuracy
 from .config import Scene
+from .output.animation import animation
 from .output.atomic import remove_parts, replacing
 from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
 from .output.history import History, read_history
@@ -110,6 +111,20 @@ def draw(folder: Path) -> Path:
         raise FolderError(f"{folder} holds no history.csv; is it a run folder?")
     try:
         return overview(folder)
+    except NoPicture as error:
+        raise FolderError(str(error)) from error
+
+
+def animate(folder: Path) -> Path:
+    """Draw animation.gif of a run folder.
+
+    Raises
+    ------
+    FolderError
+        Nothing to draw there.
+    """
+    try:
+        return animation(folder)
     except NoPicture as error:
         raise FolderError(str(error)) from error
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from coupling.certify import Certificate, available, grid_triangles
+from coupling.certify import Certificate, available, grid_cells
 from shells.pillow import Pillow
 
 ROUNDS = 8
@@ -22,8 +22,8 @@ def certificate(surface: Pillow, coefficients: np.ndarray, samples: int = SAMPLE
     """Collision mesh of a whole surface at rest."""
     x = np.linspace(0.0, 1.0, samples)
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-    triangles = grid_triangles(surface.n_elements, samples)
-    return Certificate(surface.sample(xi, eta), triangles, coefficients)
+    cells = grid_cells(surface.n_elements, samples)
+    return Certificate(surface.sample(xi, eta), cells, coefficients)
 
 
 def crumple(
