@@ -186,7 +186,7 @@ def fluid_solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, flo
     schwarz = two_level_schwarz(scale)
     middle = time.perf_counter()
     system = IterativeSaddle(
-        layer, surface.constraint, surface.mass, tolerance=1e-6, preconditioner=schwarz
+        layer, surface.constraint, surface.mass, tolerance=1e-6, preconditioner=lambda _: schwarz
     )
     x = surface.outer.points
     solved = system.solve(surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel())
