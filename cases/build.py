@@ -35,6 +35,7 @@ from .preflight import compression, contraction, fluid_budget, quadrature
 from .schemes import iterations
 from .schemes import scheme as named_scheme
 
+RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
@@ -55,6 +56,23 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
     shell = KirchhoffLove(basis, material, curvature=curvature, membrane=c.membrane)
     return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
+
+
+def relaxed(shell: ShellStructure, start: State) -> State:
+    """A stretched start after some overdamped steps at constant volume, at rest.
+
+    Velocities are dropped after each step, so that the folds' membrane energy does not become
+    motion. The steps are short against the unfolding: the folds stay.
+    """
+    at_rest, volume = np.zeros_like(start.velocity), shell.volume(start.coefficients)
+    state, dt, left = start, RELAXATION_STEP, RELAXATION_STEPS
+    while left and dt > 1e-4 * RELAXATION_STEP:
+        step = shell.step(State(0.0, state.coefficients, at_rest, state.pressure), None, dt, volume)
+        if step.ok:
+            state, left = step.state, left - 1
+        else:
+            dt *= 0.5
+    return State(0.0, state.coefficients, at_rest, state.pressure)
 
 
 def fluid(scene: Scene, body: Bag) -> object | None:
@@ -218,6 +236,8 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     shell = structure(scene, body)
     sampler = Sampler(body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
+    if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
+        start = relaxed(shell, start)
     t = scene.time
     limit = iterations(scene.coupling)
     volume: Callable[[float], float] = prescribed_volume(

@@ -64,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     report = command("report", _report, "draw the pictures of a run again")
     for sub in (resume, report):
         sub.add_argument("folder", metavar="DIR", type=Path, help="run folder")
+    report.add_argument("--animation", action="store_true", help="also draw animation.gif")
     bench = command("bench", _bench, "run a benchmark: error against time, always both")
     bench.add_argument("name", metavar="NAME", help="see airfold list")
     bench.add_argument("--quick", action="store_true", help="small sizes only")
@@ -132,6 +133,8 @@ def _report(options: argparse.Namespace) -> int:
 
     try:
         print(f"picture: {runs.draw(options.folder)}")
+        if options.animation:
+            print(f"animation: {runs.animate(options.folder)}")
     except runs.FolderError as error:
         return _bad_input([str(error)])
     return COMPLETED

@@ -370,6 +370,11 @@ def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
             "pi fold radii (6 or 10 are usual)",
         ),
         (
+            g.fold == "double" and g.panel > math.pi and not _pack_fits(g),
+            f"geometry.folds_across: {g.folds_across} folds of the pack need more width than there "
+            "is; fold less, or raise geometry.panel",
+        ),
+        (
             m.degree != 2,
             f"mesh.degree: {m.degree} is not possible on a pillow, whose corner conditions are "
             "those of biquadratic splines; use mesh.degree = 2",
@@ -386,3 +391,11 @@ def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
         ),
     ]
     return [message for wrong, message in cases if wrong]
+
+
+def _pack_fits(g: Geometry) -> bool:
+    """Whether the second folds of a pack leave straight panels between them."""
+    from .geometry.folding import pack_radius
+
+    radius = pack_radius(g.folds, g.panel, g.gap)
+    return math.pi * radius * (g.folds_across + 1) < 1.0

@@ -69,14 +69,16 @@ def warning(scene: Scene, body: Bag) -> str | None:
     lost = loss(x, degree, c.membrane)
     if lost < LIMIT:
         return None
+    pillow = scene.geometry.kind == "pillow"
     others = [
         f"{loss(x, d, m):.1%} with mesh.degree = {d}, structure.membrane = {m!r}"
         for d, m in ((3, "gauss"), (3, "patch"))
-        if (d, m) != (degree, c.membrane) and loss(x, d, m) < lost
+        if not pillow and (d, m) != (degree, c.membrane) and loss(x, d, m) < lost
     ]
     points, values = MEASURED[degree, c.membrane]
     fine = np.exp(np.interp(LIMIT, values, np.log(points)))
-    remedy = f"elements of {size * np.sqrt(fine / x):.2g} there (mesh.rim, mesh.flat_max)"
+    keys = "mesh.around" if pillow else "mesh.rim, mesh.flat_max"
+    remedy = f"elements of {size * np.sqrt(fine / x):.2g} there ({keys})"
     return (
         f"membrane locking: elements of {size:.2g} where size^2/(radius thickness) = {x:.2g} lose "
         f"about {lost:.0%} of the bending response; use {' or '.join([*others, remedy])}"

@@ -18,12 +18,18 @@ from . import locking
 from .config import Scene
 from .geometry import initial_bag
 from .geometry.bag import Bag
+from .geometry.folded import FoldedBag
+from .geometry.inspection import inspect, strain_energy
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
 GIGABYTE = 2.0**30
 # Measured: partitioned schemes converge up to these contractions.
 LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
+REFERENCES = {
+    "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
+    "flat": "the flat bag: stretched by the folds, starts with a relaxation",
+}
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,10 @@ def forecast(scene: Scene) -> Forecast:
     items = _sizes(scene, body)
     locked = locking.warning(scene, body)
     warnings = [locked] if locked else []
+    if isinstance(body, FoldedBag):
+        more, cautions = _folds(scene, body)
+        items += more
+        warnings += cautions
     if scene.fluid.model == "pressure":
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:
@@ -115,6 +125,15 @@ def _element_size(body: Bag) -> float:
     c = body.coefficients[: body.n_membrane]
     area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
     return float(np.sqrt(area.min()))
+
+
+def _patch_area(body: Bag) -> float:
+    """Area of the inflow patch, by three points an element and direction."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    s, t = (body.patch.sample(xi, eta, k) @ body.coefficients[body.n_membrane :] for k in (0, 1))
+    weights = np.tile(0.25 * np.outer(w, w).ravel(), body.patch.n_elements)
+    return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
 
 
 def volume(body: Bag) -> float:
@@ -137,16 +156,46 @@ def _sizes(scene: Scene, body: Bag) -> list[Item]:
     elements = body.membrane.n_elements + body.patch.n_elements
     error = f"largest distance {body.fit_error:.2g}"
     volume_error = abs(start / body.exact_volume - 1.0)
+    # a crumpled bag has no exact shape to compare with
+    compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
     return [
         Item("elements", elements, "", f"{body.patch.n_elements} of them inflow patch"),
         Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
-        Item("initial volume", start, "", f"of the spline fit: {error}, volume {volume_error:.1e}"),
+        Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
         Item("final volume", scene.inflow.final_volume * start),
         Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
         Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),
         Item("time of a membrane wave", body.extent, "", "extent over wave speed 1"),
         Item("time of the inflow", scene.inflow.t1 + scene.inflow.t2),
     ]
+
+
+def _folds(scene: Scene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+    """How a bag is folded, measured on its fit, against the rules of folding."""
+    found, fold = inspect(body), body.folding
+    low, p1, p99, high = found.stretches
+    crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
+    faced = "nothing" if np.isinf(found.faced) else found.faced
+    items = [
+        Item("patch faces", faced, "", "distance outward to the nearest sheet"),
+        Item("self-intersections", crossing, "", "of the folded bag; checked by extra 'contact'"),
+    ]
+    if np.isinf(fold.radius):
+        return items, found.warnings()
+    nature = scene.structure.reference
+    items += [
+        Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
+        Item("elements per fold radius", found.per_radius, "", "1 at least, 2 for strains to 3%"),
+        Item("gap over twice the radius", found.curvature, "", "below 1 or sheets turn inside out"),
+        Item("between panels", fold.between, "", f"panels {fold.panel:.3g} long"),
+        Item("stretch of folding", high, "", f"down to {low:.3g}; 98% in {p1:.3g} .. {p99:.3g}"),
+        Item("reference", nature, "", REFERENCES[nature]),
+    ]
+    if nature == "flat":
+        energy = strain_energy(body, scene.structure.poisson_ratio)
+        strain = max(high - 1.0, 1.0 - low)
+        items.append(Item("initial membrane energy", energy, "", f"largest strain {strain:.2g}"))
+    return items, found.warnings()
 
 
 def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
@@ -159,8 +208,7 @@ def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
-    speed = scene.inflow.final_volume * volume(body) / (np.pi * scene.geometry.neck_radius**2)
-    speed /= scene.inflow.t2
+    speed = scene.inflow.final_volume * volume(body) / (_patch_area(body) * scene.inflow.t2)
     items = [
         Item("fluid unknowns", unknowns, "", "traction coefficients"),
         Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),

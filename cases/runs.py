@@ -13,6 +13,7 @@ from .accuracy import Accuracy
 from .config import Scene
 from .flow import config as flow_config
 from .flow import run as flow_run
+from .output.animation import animation
 from .output.atomic import remove_parts, replacing
 from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
 from .output.history import History, read_history
@@ -141,6 +142,20 @@ def _picture_of(folder: Path) -> Callable[[Path], Path]:
 
         return planar_overview
     return overview
+
+
+def animate(folder: Path) -> Path:
+    """Draw animation.gif of a run folder.
+
+    Raises
+    ------
+    FolderError
+        Nothing to draw there.
+    """
+    try:
+        return animation(folder)
+    except NoPicture as error:
+        raise FolderError(str(error)) from error
 
 
 @dataclass

@@ -30,8 +30,9 @@ class Certificate:
     ----------
     sampling : (n_samples, n_coefficients) sparse matrix
         Coefficients to sample points; points that coincide at rest are one vertex.
-    triangles : (n, 3) int array
-        Of sample points.
+    cells : (n, 4) int array
+        Quadrilaterals of sample points, cut into triangles along their shorter diagonal at rest:
+        the longer one runs through a vertex where a pillow's corner flattens an element.
     rest : (n_coefficients, 3) array
         A configuration without contact.
 
@@ -42,7 +43,7 @@ class Certificate:
     """
 
     sampling: csr_matrix
-    triangles: np.ndarray
+    cells: np.ndarray
     rest: np.ndarray
 
     @cached_property
@@ -55,13 +56,14 @@ class Certificate:
         graph = coo_matrix((np.ones(len(pairs)), pairs.T.reshape(2, -1)), shape=(n, n))
         _, vertex = connected_components(graph, directed=False)
         _, first = np.unique(vertex, return_index=True)
-        triangles = vertex[self.triangles]
+        vertices = self.sampling.tocsr()[first]
+        triangles = _triangles(vertex[self.cells], vertices @ self.rest)
         proper = (
             (triangles[:, 0] != triangles[:, 1])
             & (triangles[:, 1] != triangles[:, 2])
             & (triangles[:, 2] != triangles[:, 0])
         )
-        return self.sampling.tocsr()[first], triangles[proper].astype(np.int32)
+        return vertices, triangles[proper].astype(np.int32)
 
     @cached_property
     def _mesh(self) -> Any:
@@ -80,6 +82,11 @@ class Certificate:
     def faces(self) -> np.ndarray:
         """Triangles of `vertices`."""
         return self._merged[1]
+
+    def shortest_edge(self, coefficients: np.ndarray) -> float:
+        """Length of the shortest edge of a triangle."""
+        corners = self.vertices(coefficients)[self.faces]
+        return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
 
     def intersects(self, coefficients: np.ndarray) -> bool:
         """Whether triangles of this configuration cross each other."""
@@ -109,14 +116,18 @@ class Certificate:
         )
 
 
-def grid_triangles(n_elements: int, points: int) -> np.ndarray:
-    """Triangles of ``points x points`` samples on each element, second direction fastest."""
+def _triangles(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Both halves of each quadrilateral, ``(2 n, 3)``."""
+    a, b, c, d = cells.T
+    length = np.linalg.norm(points[a] - points[c], axis=1)
+    turn = np.linalg.norm(points[b] - points[d], axis=1) < length
+    a, b, c, d = np.where(turn, [b, c, d, a], [a, b, c, d])
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def grid_cells(n_elements: int, points: int) -> np.ndarray:
+    """Quadrilaterals of ``points x points`` samples an element, second direction fastest."""
     i, j = (g.ravel() for g in np.meshgrid(*2 * [np.arange(points - 1)], indexing="ij"))
-    a, b, c, d = (
-        i * points + j,
-        (i + 1) * points + j,
-        (i + 1) * points + j + 1,
-        i * points + j + 1,
-    )
-    cell = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return (points**2 * np.arange(n_elements)[:, None, None] + cell).reshape(-1, 3)
+    first = i * points + j
+    cell = np.stack([first, first + points, first + points + 1, first + 1], axis=1)
+    return (points**2 * np.arange(n_elements)[:, None, None] + cell).reshape(-1, 4)

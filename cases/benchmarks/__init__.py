@@ -28,6 +28,7 @@ BENCHMARKS: Mapping[str, Entry] = {
     "coupling": Entry(
         "cases.benchmarks.coupling", "coupling schemes: contraction, assemblies, seconds, failures"
     ),
+    "folds": Entry("cases.benchmarks.folds", "one fluid solve of bags folded 2, 4, 8, 16 times"),
     "integrals": Entry(
         "cases.benchmarks.integrals", "single and double layer: exact flows, near rules, speed"
     ),

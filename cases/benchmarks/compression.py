@@ -155,7 +155,7 @@ def _bag_row(n_s: int, gap: float, compression: Compression | None) -> dict[str,
     began = time.perf_counter()
     layer = single_layer(bag.surface, bag.coefficients, storage="direct", compression=compression)
     assembled = time.perf_counter() - began
-    solved, system, parts = _solve(layer)
+    solved, system, parts = fluid_solve(layer)
     row = {
         "case": f"bag, gap/extent {gap:g}, {compression.method if compression else 'direct'}",
         "seconds": assembled + parts["preconditioner"] + parts["gmres"],
@@ -173,12 +173,12 @@ def _bag_row(n_s: int, gap: float, compression: Compression | None) -> dict[str,
             "error random": s.achieved,
             "error gap-opposed": layer.error_gap,
         }
-    reference, what = _reference(layer, solved, system)
+    reference, what = traction_error(layer, solved, system)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     return row | parts | {"error": reference, "reference": what, "peak GB so far": peak}
 
 
-def _solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, float]]:
+def fluid_solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, float]]:
     """Traction of a bag whose sheets approach each other at a velocity linear in position."""
     surface = layer.surface
     scale = SaddleSystem(layer, surface.constraint, surface.mass)
@@ -199,7 +199,7 @@ def _solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, float]]:
     return solved, system, parts
 
 
-def _reference(layer: SingleLayer, solved: Any, system: IterativeSaddle) -> tuple[float, str]:
+def traction_error(layer: SingleLayer, solved: Any, system: IterativeSaddle) -> tuple[float, str]:
     """Traction error from compression and Krylov: a step of refinement with exact sums."""
     surface = layer.surface
     exact = single_layer_direct(layer)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from coupling.certify import Certificate, available, grid_triangles
+from coupling.certify import Certificate, available, grid_cells
 from shells.pillow import Pillow
 
 ROUNDS = 8
@@ -22,8 +22,8 @@ def certificate(surface: Pillow, coefficients: np.ndarray, samples: int = SAMPLE
     """Collision mesh of a whole surface at rest."""
     x = np.linspace(0.0, 1.0, samples)
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-    triangles = grid_triangles(surface.n_elements, samples)
-    return Certificate(surface.sample(xi, eta), triangles, coefficients)
+    cells = grid_cells(surface.n_elements, samples)
+    return Certificate(surface.sample(xi, eta), cells, coefficients)
 
 
 def crumple(
@@ -47,7 +47,8 @@ def crumple(
     amplitude : float
         Displacement a round over the bag's size.
     distance : float, optional
-        Smallest distance kept between triangles; default a tenth of the bag's thickness.
+        Smallest distance kept between triangles; default a quarter of the shortest edge, below
+        which neighbours in one sheet would count as contact.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def crumple(
     mesh = certificate(surface, coefficients)
     size = float(np.ptp(coefficients, axis=0).max())
     if distance is None:
-        distance = 0.1 * float(np.ptp(coefficients[:, 2]))
+        distance = 0.25 * mesh.shortest_edge(coefficients)
     mask = _away_from(surface, coefficients, held)
     c = coefficients
     for _ in range(ROUNDS):

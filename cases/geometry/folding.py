@@ -116,6 +116,12 @@ def roll_folding(turns: float, pitch: float, gap: float) -> Folding:
     )
 
 
+def pack_radius(folds: int, panel: float, gap: float) -> float:
+    """Radius of a second fold that clears an accordion: half its height plus a fold radius."""
+    radius = 1.0 / ((folds + 1) * panel)
+    return radius * (folds + 0.5 * gap + 1.0)
+
+
 def double_folding(folds: int, folds_across: int, panel: float, gap: float) -> Folding:
     """Accordion in x, then in y at a radius that clears the whole pack (a geometry only).
 
@@ -123,13 +129,10 @@ def double_folding(folds: int, folds_across: int, panel: float, gap: float) -> F
     finite thickness no package folded in two directions is nearly isometric.
     """
     first = accordion_folding(folds, panel, gap)
-    height = 2.0 * folds * first.radius + first.gap
-    outer = 0.5 * height + first.radius
-    length = 1.0 / (folds_across + 1)
-    curve = zigzag(folds_across, length, outer)
+    curve = zigzag(folds_across, 1.0 / (folds_across + 1), pack_radius(folds, panel, gap))
+    middle = folds * first.radius
 
     def second(points: np.ndarray) -> np.ndarray:
-        middle = 0.5 * height - 0.5 * first.gap
         turned = np.column_stack([points[:, 1] + 0.5, points[:, 0], points[:, 2] - middle])
         x, y, z = curve.fold(turned).T
         return np.column_stack([y, x, z])

@@ -98,6 +98,18 @@ def stretches(bag: FoldedBag) -> np.ndarray:
     return np.sqrt(squares.ravel()[order][at])
 
 
+def strain_energy(bag: FoldedBag, poisson_ratio: float = 0.0) -> float:
+    """Membrane energy of the folded against the flat bag, of unit stiffness [T 2.17]."""
+    flat, folded = (_metric(*_tangents(bag, c, 3)) for c in (bag.flat, bag.coefficients))
+    strain = 0.5 * (np.linalg.solve(flat, folded) - np.eye(2))
+    trace = np.trace(strain, axis1=1, axis2=2)
+    square = np.trace(strain @ strain, axis1=1, axis2=2)
+    density = (1.0 - poisson_ratio) * square + poisson_ratio * trace**2
+    w = np.polynomial.legendre.leggauss(3)[1]
+    weights = np.tile(0.25 * np.outer(w, w).ravel(), bag.membrane.n_elements)
+    return float(0.5 * (weights * np.sqrt(np.linalg.det(flat))) @ density)
+
+
 def _elements_per_radius(bag: FoldedBag) -> float:
     """Fold radius over the longest element side along x of the flat bag, on folds."""
     if not np.isfinite(bag.folding.radius):
@@ -134,12 +146,12 @@ def _first_hit(origin: np.ndarray, direction: np.ndarray, triangles: np.ndarray)
     a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     p = np.cross(direction, c)
     det = np.einsum("ij,ij->i", b, p)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        to = origin - a
-        u = np.einsum("ij,ij->i", to, p) / det
-        q = np.cross(to, b)
-        v = (q @ direction) / det
-        t = np.einsum("ij,ij->i", c, q) / det
+    det[det == 0.0] = np.nan  # parallel to the ray or collapsed: no hit
+    to = origin - a
+    q = np.cross(to, b)
+    u = np.einsum("ij,ij->i", to, p) / det
+    v = (q @ direction) / det
+    t = np.einsum("ij,ij->i", c, q) / det
     hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-9)
     return float(t[hit].min()) if hit.any() else np.inf
 

@@ -73,6 +73,12 @@ def overview(folder: Path) -> Path:
     return path
 
 
+def _extent(shots: list[Snapshot]) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of the box that holds all snapshots."""
+    low = np.min([shot.points.min(axis=0) for shot in shots], axis=0)
+    return low, np.max([shot.points.max(axis=0) for shot in shots], axis=0)
+
+
 def _area_quantile(shots: list[Snapshot]) -> float:
     """Value that all but 2% of the area stays below; small elements must not set the scale."""
     values, areas = [], []
@@ -131,8 +137,7 @@ def _draw_shots(
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    low = np.min([shot.points.min(axis=0) for shot in shots], axis=0)
-    high = np.max([shot.points.max(axis=0) for shot in shots], axis=0)
+    low, high = _extent(shots)
     top = _area_quantile(shots)
     colours = ScalarMappable(Normalize(0.0, top or 1.0), COLOURS)
     for k, shot in enumerate(shots):

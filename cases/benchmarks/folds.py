@@ -1,0 +1,129 @@
+"""Scaling on accordions: one fluid solve of bags folded n = 2, 4, 8, 16 times.
+
+Pillow bags at one element a fold radius, panels of ten radii, gap 0.4 radii. Near field,
+compression, preconditioner and GMRES apart, with memory, the traction error that compression and
+Krylov leave (a correction by one exact residual; a dense solve where dense fits), near pairs an
+element, and growth exponents in the number of unknowns from row to row.
+"""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from hbem.compression import Compression
+from hbem.krylov import SaddleSystem
+from hbem.single_layer import SingleLayer, dense_matrix, single_layer
+
+from ..geometry.pillow import accordion
+from .compression import fluid_solve, pairs, traction_error
+
+__all__ = ["pairs", "run"]
+
+PANEL, GAP = 10.0, 0.4  # fold radii
+# measured on two folds: 1e-4 leaves tractions wrong by 3.8e-3
+TOLERANCE = 1e-5
+DENSE = 9000  # unknowns up to which the dense matrix is solved beside
+EXACT = 30_000  # unknowns up to which the traction is checked against exact sums
+
+
+def elements_around(folds: int) -> int:
+    """Elements around for one a fold radius: ``314 (folds + 1)^2`` quadrilaterals in all."""
+    return 4 * round(0.5 * np.sqrt(0.5 * 314.0) * (folds + 1))
+
+
+def _row(folds: int, compression: Compression | None) -> tuple[dict[str, Any], SingleLayer, Any]:
+    bag = accordion(elements_around(folds), folds, panel=PANEL, gap=GAP)
+    began = time.perf_counter()
+    layer = single_layer(bag.surface, bag.coefficients, storage="direct", compression=compression)
+    assembled = time.perf_counter() - began
+    solved, system, parts = fluid_solve(layer)
+    row: dict[str, Any] = {
+        "case": f"accordion {folds}, {compression.method if compression else 'direct'}",
+        "seconds": assembled + parts["preconditioner"] + parts["gmres"],
+        "error": np.nan,
+        "folds": folds,
+        "quadrilaterals": bag.surface.n_elements,
+        "unknowns": layer.shape[0],
+        "tolerance": compression.tolerance if compression else 0.0,
+        "near pairs/point": layer.n_near / layer.surface.outer.points.shape[0],
+    }
+    if compression is not None:
+        s = layer.plain.statistics
+        row |= {
+            "near": assembled - s.build_seconds,
+            "build": s.build_seconds,
+            "bytes/unknown": s.bytes_per_unknown,
+            "error random": s.achieved,
+        }
+    row |= parts
+    if layer.shape[0] <= EXACT:
+        row["error"], row["reference"] = traction_error(layer, solved, system)
+    else:
+        row["reference"] = "none: exact sums would take longer than the solve"
+    row["peak GB so far"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    return row, layer, solved
+
+
+def _dense_row(folds: int, layer: SingleLayer, solved: Any) -> dict[str, Any]:
+    """The same solve by a dense matrix, and the traction of the compressed one against it."""
+    surface, began = layer.surface, time.perf_counter()
+    scale = SaddleSystem(layer, surface.constraint, surface.mass)
+    n, size = scale.n, scale.size
+    matrix = np.zeros((size, size))
+    matrix[:n, :n] = dense_matrix(surface, layer.near)
+    matrix[:n, n:], matrix[n:, :n] = scale.columns, scale.columns.T
+    assembled = time.perf_counter() - began
+    x = surface.outer.points
+    rhs = surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel()
+    exact = lu_solve(lu_factor(matrix, overwrite_a=True, check_finite=False), scale.extend(rhs))
+
+    def norm(v: np.ndarray) -> float:
+        v = v.reshape(-1, 3)
+        return float(np.sqrt(np.sum(v * (surface.mass @ v))))
+
+    return {
+        "case": f"accordion {folds}, dense beside it",
+        "seconds": time.perf_counter() - began,
+        "error": norm(solved.solution - exact[:n]) / norm(exact[:n]),
+        "folds": folds,
+        "unknowns": n,
+        "assembly": assembled,
+        "bytes/unknown": 8.0 * size,
+        "reference": "error: traction of the compressed solve against this one",
+    }
+
+
+def _growth(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Exponents of seconds and bytes between neighbouring rows of the ladder, beside N log N."""
+    for a, b in pairwise(rows):
+        step = np.log(b["unknowns"] / a["unknowns"])
+        loglog = np.log(np.log(b["unknowns"]) / np.log(a["unknowns"])) / step
+        memory = [r["bytes/unknown"] * r["unknowns"] for r in (a, b)]
+        yield {
+            "case": f"growth from {a['folds']} to {b['folds']} folds",
+            "seconds": b["seconds"],
+            "error": b["error"],
+            "exponent of seconds": np.log(b["seconds"] / a["seconds"]) / step,
+            "exponent of bytes": np.log(memory[1] / memory[0]) / step,
+            "exponent of N log N": 1.0 + loglog,
+        }
+
+
+def run(quick: bool) -> list[dict[str, Any]]:
+    """Rows of the ladder; ``quick`` stops at four folds."""
+    compression = Compression("h2", TOLERANCE)
+    _row(1, compression)  # compiles the kernels
+    rows, beside = [], []
+    for folds in (2, 4) if quick else (2, 4, 8, 16):
+        row, layer, solved = _row(folds, compression)
+        rows.append(row)
+        if row["unknowns"] <= DENSE:
+            beside.append(_dense_row(folds, layer, solved))
+    return [*rows, *beside, *_growth(rows)]
