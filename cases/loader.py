@@ -21,9 +21,12 @@ from . import config
 from .config import DETERMINED, Physical, Scene, out_of_range
 from .flow import config as flow_config
 from .planar import config as planar_config
+from .shell import config as shell_config
 
 # A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
-KINDS: Mapping[str, ModuleType] = {m.Scene.kind: m for m in (config, flow_config, planar_config)}
+KINDS: Mapping[str, ModuleType] = {
+    m.Scene.kind: m for m in (config, flow_config, planar_config, shell_config)
+}
 _TOP = {"name": str, "description": str}
 _KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
 _MISSING = object()

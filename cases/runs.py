@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from . import loader
 from .accuracy import Accuracy
 from .config import Scene
-from .flow import config as flow_config
 from .flow import run as flow_run
 from .output.animation import animation
 from .output.atomic import remove_parts, replacing
@@ -22,11 +21,16 @@ from .output.picture import NoPicture, overview
 from .output.progress import Progress
 from .output.run_record import RunRecord
 from .output.vtk import Fields
+from .shell import run as shell_run
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from coupling.protocols import Outcome, Recorder, Snapshot
+
+
+# Kinds without time: modules with Start, load, CheckpointError and run.
+STEPWISE: Mapping[str, ModuleType] = {"model-adaptivity": flow_run, "shell": shell_run}
 
 
 class FolderError(ValueError):
@@ -74,8 +78,8 @@ def start(
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(folder / "run.toml") as file:
         file.write(loader.write(scene))
-    if isinstance(scene, flow_config.Scene):
-        return _run_flow(scene, folder, console, flow_run.Start())
+    if scene.kind in STEPWISE:
+        return _run_stepwise(scene, folder, console, STEPWISE[scene.kind].Start())
     return _run(scene, folder, console, tolerances=tolerances)
 
 
@@ -94,11 +98,11 @@ def resume(
     if not (folder / "run.toml").exists():
         raise FolderError(f"{folder} holds no run.toml; start a run there: airfold run SCENE --out")
     scene = loader.read(folder / "run.toml")
-    if isinstance(scene, flow_config.Scene):
+    if stepwise := STEPWISE.get(scene.kind):
         try:
             remove_parts(folder)
-            return _run_flow(scene, folder, console, flow_run.load(folder, scene))
-        except flow_run.CheckpointError as error:
+            return _run_stepwise(scene, folder, console, stepwise.load(folder, scene))
+        except stepwise.CheckpointError as error:
             raise FolderError(f"{folder}: {error}") from error
     snapshot, file = None, folder / "checkpoint.npz"
     if file.exists():
@@ -137,6 +141,10 @@ def _picture_of(folder: Path) -> Callable[[Path], Path]:
         from .flow.picture import overview as flow_overview
 
         return flow_overview
+    if kind == "shell":
+        from .shell.picture import overview as shell_overview
+
+        return shell_overview
     if kind == "planar":
         from .planar.picture import overview as planar_overview
 
@@ -260,12 +268,11 @@ def _factory(scene: Scene) -> ModuleType:
     return build
 
 
-def _run_flow(
-    scene: flow_config.Scene, folder: Path, console: Console, start: flow_run.Start
-) -> Finished:
+def _run_stepwise(scene: Any, folder: Path, console: Console, start: Any) -> Finished:
+    """A run without the time loop: its kind's module takes the steps."""
     record = RunRecord(folder / "run.json", scene)
     try:
-        outcome = flow_run.run(scene, folder, console, record, start)
+        outcome = STEPWISE[scene.kind].run(scene, folder, console, record, start)
         record.ended(outcome)
         return Finished(outcome, _picture(scene, folder, record))
     except KeyboardInterrupt:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,9 @@ class Path:
         All of them, those of failed increments too.
     failure : str
         Empty, or which step failed, its residual and the remedy.
+    increment : float
+        What the next step would have tried; a path that goes on with it repeats one that never
+        stopped.
     """
 
     steps: tuple[ShellStep, ...]
@@ -45,6 +49,7 @@ class Path:
     parameter: float
     newton_iterations: int
     failure: str = ""
+    increment: float = float("nan")
 
     @property
     def ok(self) -> bool:
@@ -58,6 +63,8 @@ def follow(
     stations: Sequence[float],
     *,
     floor: float = 1e-6,
+    increment: float | None = None,
+    accepted: Callable[[Path], None] = lambda path: None,
 ) -> Path:
     """Equilibria at the stations of a path parameter.
 
@@ -71,6 +78,10 @@ def follow(
     stations : sequence of float
     floor : float
         Smallest increment over the length of the whole path; below it the path ends.
+    increment : float, optional
+        First one to try; default all the way to the first station.
+    accepted : callable
+        Hears the path so far at each station.
 
     Raises
     ------
@@ -81,7 +92,7 @@ def follow(
         raise ValueError(f"a path needs stations, the first beyond its start {start:g}")
     current, steps, newton = start, [], 0
     smallest = floor * abs(stations[-1] - start)
-    increment = stations[0] - start
+    increment = stations[0] - start if increment is None else increment
     for number, target in enumerate(stations, 1):
         while abs(target - current) > 1e-13 * max(abs(target), abs(start)):
             left = target - current
@@ -99,9 +110,10 @@ def follow(
                     f"{trial.outcome.value}; residual {trial.residual:.1e} of its start at "
                     f"increment {tried:.1e}; remedy: {REMEDIES[trial.outcome]}"
                 )
-                return Path(tuple(steps), state, current, newton, failure)
+                return Path(tuple(steps), state, current, newton, failure, increment)
         steps.append(last)
-    return Path(tuple(steps), state, current, newton)
+        accepted(Path(tuple(steps), state, current, newton, increment=increment))
+    return Path(tuple(steps), state, current, newton, increment=increment)
 
 
 def static_path(
@@ -121,11 +133,17 @@ def load_path(
     coefficients: np.ndarray,
     load: Callable[[float], np.ndarray | Follower],
     fractions: Sequence[float],
+    *,
+    start: float = 0.0,
+    **options: Any,
 ) -> Path:
-    """Equilibria at fractions of a load; ``load(fraction)`` is what `static` takes."""
+    """Equilibria at fractions of a load; ``load(fraction)`` is what `static` takes.
+
+    ``coefficients`` carry the fraction ``start``; ``options`` are those of `follow`.
+    """
 
     def solve(fraction: float, state: ShellState) -> ShellStep:
         return structure.static(state.coefficients, load=load(fraction))
 
-    start = ShellState(0.0, coefficients, np.zeros_like(coefficients))
-    return follow(solve, start, 0.0, list(fractions))
+    state = ShellState(0.0, coefficients, np.zeros_like(coefficients))
+    return follow(solve, state, start, list(fractions), **options)
