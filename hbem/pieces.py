@@ -38,7 +38,8 @@ class Pieces:
         ``mu / c`` and ``L``: a stationary point at distance d is nearer than all points whose
         coordinates are within ``3 (mu / c - d) / L`` of it, measured with `speeds`.
     flat : (n_pieces,) array
-        Four fifths of the smallest radius of curvature, normal or of a coordinate line, at sample points.
+        Four fifths of the smallest radius of curvature, normal or of a coordinate line, at sample
+        points.
     speeds : (n_pieces, 2) array
         Bounds of ``|x_s|`` and ``|x_t|``.
     """

@@ -192,6 +192,8 @@ def density_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
 
 def geometry_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
     """Coefficients to values at tensor points, sparse ``(n, n_coefficients)``."""
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
     values = tensor_bernstein(patches.geometry_degree, points.s, points.t)
     q, nb = values.shape
     e = np.arange(patches.n_elements)[:, None, None]
