@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ._rule_kernels import closest
+from ._rule_kernels import DEEPEST, SMALLEST, closest, search
 
 SELF = -1.0  # marks the pair of a point with its own element
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def classify(
-    points, owners, indptr, pieces, elements, boxes, control, starts, st, owner_st, radii, found
+    points, owners, indptr, pieces, elements, boxes, control, starts, st, owner_st, radii,
+    flat, convexity, speeds, found,
 ):  # fmt: skip
     """Closest points of candidate (point, piece) pairs.
 
     ``starts (n_pieces, n_q, 3)`` are points of each piece at ``st (2, n_q)`` of its box.
     ``owner_st (2, n_t)`` are the local coordinates of outer points on their own elements.
+    Stationary points nearer than ``flat (n_pieces,)`` are kept; all others are ensured by a search
+    with the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.pieces`.
     ``found (n_pairs, 4)`` receives s, t and b1, b2 with ``b_i = d / |x_i|``, all in coordinates of
     the element; the piece on which the target lies receives `SELF` in the last two.
     """
@@ -25,6 +28,7 @@ def classify(
         scratch = np.empty((6, control.shape[1] + 1))
         out = np.empty((6, 3))
         r = np.empty(3)
+        stack = np.empty((DEEPEST, 4))
         x = points[p]
         for k in range(indptr[p], indptr[p + 1]):
             piece = pieces[k]
@@ -47,7 +51,12 @@ def classify(
                     best, at = square, q
             s = box[0] + (box[1] - box[0]) * st[0, at]
             t = box[2] + (box[3] - box[2]) * st[1, at]
-            s, t, d = closest(control[e], x, box, s, t, scratch, out, r)
+            s, t, d, stationary = closest(control[e], x, box, s, t, scratch, out, r)
+            if not (stationary and d < flat[piece]):
+                s, t, d = search(
+                    control[e], x, box, speeds[piece], convexity[piece], SMALLEST * radii[piece],
+                    s, t, d, stationary, scratch, out, r, stack,
+                )  # fmt: skip
             found[k, 0], found[k, 1] = s, t
             for i in range(2):
                 size = np.sqrt(out[1 + i, 0] ** 2 + out[1 + i, 1] ** 2 + out[1 + i, 2] ** 2)

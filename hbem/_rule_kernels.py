@@ -1,6 +1,7 @@
-"""Compiled closest point of a patch: Bernstein tables, derivatives, projected Newton.
+"""Compiled closest point of a patch: Bernstein tables, derivatives, projected Newton, search.
 
-Patches stay in Bernstein form: safe at degree 8.
+Newton's point is kept where a bound proves it closest; elsewhere boxes are halved and discarded
+by ``|y(s, t) - x| >= |y(centre) - x| - (L_s w_s + L_t w_t) / 2``. Bernstein form: safe at degree 8.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from numba import njit
 
 MAX_STEPS = 20  # of the closest-point iteration
 SMALLEST = 1e-6  # relative distance below which the sinh rule is not graded further
+NEARER = 0.8  # the search ends when no point is nearer than this part of the distance found
+DEEPEST = 64  # halvings of one box: the stack holds one box of each
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -110,13 +113,13 @@ def descent(s, t, box, r, out):
 def closest(control, x, box, s, t, scratch, out, r):
     """Closest point of a box of a patch to ``x`` by projected Newton from ``(s, t)``.
 
-    Returns ``s, t`` and the distance; ``out`` holds the jet there. Ends when a step is below a
-    twentieth of the distance: the near rule does not see more.
+    Returns ``s, t``, the distance and whether the point is stationary; ``out`` holds the jet
+    there. Ends when a step is below a twentieth of the distance: the near rule does not see more.
     """
     jet(control, s, t, scratch, out)
     for c in range(3):
         r[c] = out[0, c] - x[c]
-    square = dot(r, r)
+    square, small = dot(r, r), False
     for _ in range(MAX_STEPS):
         ds, dt = descent(s, t, box, r, out)
         moved = False
@@ -127,7 +130,7 @@ def closest(control, x, box, s, t, scratch, out, r):
             for c in range(3):
                 size += (out[1, c] * (s1 - s) + out[2, c] * (t1 - t)) ** 2
             if size <= 1e-4 * square:
-                return s1, t1, np.sqrt(square)
+                return s1, t1, np.sqrt(square), True
             jet(control, s1, t1, scratch, out)
             for c in range(3):
                 r[c] = out[0, c] - x[c]
@@ -141,7 +144,66 @@ def closest(control, x, box, s, t, scratch, out, r):
         if not moved:
             for c in range(3):
                 r[c] = out[0, c] - x[c]
+            small = False
             break
         if small:
             break
-    return s, t, np.sqrt(square)
+    return s, t, np.sqrt(square), small
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def apart(control, x, s, t, scratch):
+    """Distance of one point of a patch from ``x``."""
+    n = control.shape[0]
+    bernstein(n - 1, s, scratch[0], scratch[1])
+    bernstein(n - 1, t, scratch[3], scratch[4])
+    square = 0.0
+    for c in range(3):
+        v = -x[c]
+        for i in range(n):
+            for j in range(n):
+                v += control[i, j, c] * scratch[0, i] * scratch[3, j]
+        square += v * v
+    return np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def covered(box, s, t, d, convexity, speeds):
+    """Whether a stationary point at distance d is the closest one of a box, see `hbem.pieces`."""
+    far1 = speeds[0] * max(abs(s - box[0]), abs(s - box[1]))
+    far2 = speeds[1] * max(abs(t - box[2]), abs(t - box[3]))
+    return d + convexity[1] * np.sqrt(far1 * far1 + far2 * far2) / 3.0 < convexity[0]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def search(
+    control, x, box, speeds, convexity, smallest, s, t, d, stationary, scratch, out, r, stack
+):  # fmt: skip
+    """Closest point of a box up to the factor `NEARER` of the distance, from a first guess.
+
+    ``speeds (2,)`` bound ``|x_s|`` and ``|x_t|`` on the box; boxes below `smallest` are left.
+    """
+    for k in range(4):
+        stack[0, k] = box[k]
+    top = 1
+    while top > 0:
+        top -= 1
+        if stationary and covered(stack[top], s, t, d, convexity, speeds):
+            continue
+        a0, a1, c0, c1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        sc, tc = 0.5 * (a0 + a1), 0.5 * (c0 + c1)
+        half1, half2 = 0.5 * speeds[0] * (a1 - a0), 0.5 * speeds[1] * (c1 - c0)
+        away = apart(control, x, sc, tc, scratch)
+        if away < NEARER * d:
+            s, t, d, stationary = closest(control, x, box, sc, tc, scratch, out, r)
+        if away - half1 - half2 >= NEARER * d or half1 + half2 <= smallest or top + 2 > DEEPEST:
+            continue
+        for k in range(4):
+            stack[top + 1, k] = stack[top, k]
+        if half1 >= half2:
+            stack[top, 1], stack[top + 1, 0] = sc, sc
+        else:
+            stack[top, 3], stack[top + 1, 2] = tc, tc
+        top += 2
+    jet(control, s, t, scratch, out)
+    return s, t, d

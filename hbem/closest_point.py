@@ -2,7 +2,9 @@
 
 Candidates come from balls around the elements; the closest point decides:
 ``b_i = d / max(|x_i|, radius / 2)``, near if ``min(b_1, b_2) <= 1``. Both depend on distances
-within the scene alone, so a rotated scene gives the same pairs.
+within the scene alone, so a rotated scene gives the same pairs. Newton's closest point is kept
+if it is stationary and nearer than `Pieces.flat` (within the radius of curvature); elsewhere a
+search certifies it.
 """
 
 from __future__ import annotations
@@ -93,6 +95,9 @@ def near_pairs(
         np.stack([surface.outer.s, surface.outer.t]),
         np.stack([surface.outer.s, surface.outer.t]),
         pieces.radii,
+        pieces.flat,
+        pieces.convexity,
+        pieces.speeds,
         found,
     )
     near = (found[:, 2:] <= 1.0).any(axis=1)

@@ -29,7 +29,8 @@ class SurfacePatches(Protocol):
     n_coefficients : int
         Rows of the coefficient array that ``geometry`` expects.
     geometry_degree, density_degree : int
-        Polynomial degree per direction of the Bezier patches and of the extraction tables.
+        Polynomial degree per direction of the Bezier patches and of the extraction tables; of
+        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients (`hbem.triangles`).
     indptr : (n_elements + 1,) int array
         Element ``e`` owns the table rows ``indptr[e]:indptr[e + 1]``; ragged where elements
         differ (poles, cuts).
@@ -79,11 +80,12 @@ class BezierPatches:
 
     def __post_init__(self) -> None:
         rows = int(self.indptr[-1])
+        triangle = self.shape == "triangle"
         if self.dofs.shape != (rows,):
             raise ValueError(f"indptr announces {rows} table rows, dofs has {self.dofs.shape}")
-        if self.extraction.shape != (rows, (self.density_degree + 1) ** 2):
+        if self.extraction.shape != (rows, _functions(self.density_degree, triangle)):
             raise ValueError(f"extraction tables have the wrong shape {self.extraction.shape}")
-        if self.bezier.shape[0] != self.n_elements * (self.geometry_degree + 1) ** 2:
+        if self.bezier.shape[0] != self.n_elements * _functions(self.geometry_degree, triangle):
             raise ValueError("bezier must have one row per Bezier control point")
         if rows and (self.dofs.min() < 0 or self.dofs.max() >= self.n_dofs):
             raise ValueError("a table row names a density function outside 0..n_dofs - 1")
@@ -95,6 +97,11 @@ class BezierPatches:
     @property
     def n_coefficients(self) -> int:
         return self.bezier.shape[1]
+
+
+def _functions(degree: int, triangle: bool) -> int:
+    """Bernstein functions of one element."""
+    return (degree + 1) * (degree + 2) // 2 if triangle else (degree + 1) ** 2
 
 
 def union(*surfaces: SurfacePatches) -> BezierPatches:

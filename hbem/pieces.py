@@ -2,7 +2,9 @@
 
 A piece is a box of an element's local coordinates. Elements whose normal turns by more than
 `TURN` along s or t are bisected, across the direction that turns more, until every piece is nearly
-flat: then a point nearer than the piece's size has a single closest point on it.
+flat: then a point nearer than the piece's size has a single closest point on it. `convexity`
+proves it: along a line from a stationary point at distance d, ``|y - x|^2 / 2`` grows at least by
+``tau^2 / 2 (mu - c (d + L / 3))`` with bounds ``mu <= |y'|^2``, ``|y''| <= c``, ``|y'| <= L``.
 """
 
 from __future__ import annotations
@@ -32,6 +34,14 @@ class Pieces:
     radii : (n_pieces,) array
         Balls around the pieces. Centres are means of the piece's own points, so that they rotate
         with it: an axis-aligned box would break the symmetry of a scene.
+    convexity : (n_pieces, 2) array
+        ``mu / c`` and ``L``: a stationary point at distance d is nearer than all points whose
+        coordinates are within ``3 (mu / c - d) / L`` of it, measured with `speeds`.
+    flat : (n_pieces,) array
+        Four fifths of the smallest radius of curvature, normal or of a coordinate line, at sample
+        points.
+    speeds : (n_pieces, 2) array
+        Bounds of ``|x_s|`` and ``|x_t|``.
     """
 
     indptr: np.ndarray
@@ -39,6 +49,9 @@ class Pieces:
     boxes: np.ndarray
     centres: np.ndarray
     radii: np.ndarray
+    convexity: np.ndarray
+    flat: np.ndarray
+    speeds: np.ndarray
 
     @property
     def n(self) -> int:
@@ -60,7 +73,9 @@ def divide(control: np.ndarray) -> Pieces:
     elements, boxes = elements[ordered], boxes[ordered]
     centres, radii = balls(control[elements], boxes)
     indptr = np.searchsorted(elements, np.arange(control.shape[0] + 1))
-    return Pieces(indptr, elements, boxes, centres, radii)
+    convexity, speeds = bounds(control[elements], boxes)
+    flat = _flatness(control[elements], boxes)
+    return Pieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
 
 
 def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,6 +85,61 @@ def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarra
     inner = _grid(control, boxes, GRID)[0]
     centres = inner.mean(axis=1)
     return centres, np.linalg.norm(y - centres[:, None], axis=2).max(axis=1)
+
+
+def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`Pieces.convexity` and `Pieces.speeds` of boxes, from Bernstein coefficients: rigorous."""
+    degree, n = control.shape[1] - 1, boxes.shape[0]
+    net = _coefficients(_grid(control, boxes, _chebyshev(degree))[0].reshape(n, -1, 3))
+    first = [degree * np.diff(net, axis=k) for k in (1, 2)]
+    second = [
+        degree * (degree - 1) * np.diff(net, 2, axis=1),
+        degree * degree * np.diff(np.diff(net, axis=1), axis=2),
+        degree * (degree - 1) * np.diff(net, 2, axis=2),
+    ]
+    widths = np.stack([boxes[:, 1] - boxes[:, 0], boxes[:, 3] - boxes[:, 2]], axis=1)
+    lengths = np.stack([_largest(f) for f in first], axis=1)  # of coordinate lines, bounds
+    _, along_s, along_t = _grid(control, boxes, _chebyshev(2 * degree))
+    a, b = (lengths / widths).T
+    products = np.stack(
+        [
+            np.sum(along_s**2, axis=2) / (a * a)[:, None],
+            np.sum(along_s * along_t, axis=2) / (a * b)[:, None],
+            np.sum(along_t**2, axis=2) / (b * b)[:, None],
+        ],
+        axis=2,
+    )
+    metric = _coefficients(products)
+    mixed = np.abs(metric[..., 1]).max(axis=(1, 2))
+    mu = np.minimum(metric[..., 0].min(axis=(1, 2)), metric[..., 2].min(axis=(1, 2))) - mixed
+    ss, st, tt = (_largest(f) for f in second)
+    s, t = np.maximum(lengths, 1e-300).T
+    bend = np.maximum(ss / (s * s), tt / (t * t)) + st / (s * t)
+    convexity = np.stack([mu / np.maximum(bend, 1e-300), np.sqrt(1.0 + mixed)], axis=1)
+    return convexity, lengths / widths
+
+
+def _flatness(control: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """`Pieces.flat` of boxes."""
+    _, s, t = _grid(control, boxes, GRID)
+    k = GRID.size
+    widths = np.stack([boxes[:, 1] - boxes[:, 0], boxes[:, 3] - boxes[:, 2]], axis=1)
+    table = bernstein_derivative(k - 1, GRID) @ np.linalg.inv(bernstein(k - 1, GRID))
+
+    def slopes(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        grid = f.reshape(-1, k, k, 3)
+        along_s = np.einsum("ai,nijc->najc", table, grid).reshape(f.shape)
+        along_t = np.einsum("bj,nijc->nibc", table, grid).reshape(f.shape)
+        return along_s / widths[:, :1, None], along_t / widths[:, 1:, None]
+
+    (ss, st), (_, tt) = slopes(s), slopes(t)
+    normal = np.cross(s, t)
+    area = np.maximum(np.linalg.norm(normal, axis=2), 1e-300)
+    mixed = np.abs(np.sum(normal * st, axis=2)) / area**2
+    a, b = (np.maximum(np.linalg.norm(v, axis=2), 1e-300) for v in (s, t))
+    lines = [np.linalg.norm(np.cross(v, w), axis=2) / c**3 for v, w, c in ((s, ss, a), (t, tt, b))]
+    curvature = np.maximum(*lines) * (a * b / area) ** 2 + mixed
+    return 0.8 / np.maximum(curvature.max(axis=1), 1e-300)
 
 
 def grid_points(control: np.ndarray, boxes: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -102,6 +172,25 @@ def _grid(control, boxes, x):
         np.einsum("nki,nijc,nlj->nklc", a, control, b, optimize=True).reshape(n, -1, 3)
         for a, b in ((s, t), (ds, t), (s, dt))
     )
+
+
+def _chebyshev(degree):
+    """Interpolation points of a degree on [0, 1]."""
+    return 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+
+
+def _coefficients(values):
+    """Bernstein coefficients ``(n, k, k, m)`` of values ``(n, k * k, m)`` at Chebyshev points."""
+    n, square, m = values.shape
+    k = round(np.sqrt(square))
+    inverse = np.linalg.inv(bernstein(k - 1, _chebyshev(k - 1)))
+    grid = values.reshape(n, k, k, m)
+    return np.einsum("ai,nijm,bj->nabm", inverse, grid, inverse, optimize=True)
+
+
+def _largest(net):
+    """Largest length of the vectors of each net, 0 of an empty one."""
+    return np.linalg.norm(net, axis=-1).max(axis=(1, 2), initial=0.0)
 
 
 def _turning(control, boxes):

@@ -21,6 +21,7 @@ from .patches import (
 )
 from .pieces import Pieces, balls, divide, grid_points
 from .quadrature import QuadratureOrders, gauss_square
+from .triangles import quadrilaterals
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
 
@@ -133,8 +134,10 @@ def sample(
     Raises
     ------
     ValueError
-        Triangular patches (not supported yet), a wrong shape or values that are not finite.
+        Coefficients of a wrong shape or not finite.
     """
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
     control = control_points(patches, coefficients)
     outer = point_set(control, orders.outer)
     source = outer if orders.source == orders.outer else point_set(control, orders.source)
@@ -148,8 +151,8 @@ def sample(
 def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
     """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration."""
     coefficients = np.asarray(coefficients, dtype=float)
-    if patches.shape != "quadrilateral":
-        raise ValueError(f"only quadrilateral patches are supported, got {patches.shape!r}")
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
     if coefficients.shape != (patches.n_coefficients, 3):
         raise ValueError(
             f"expected coefficients ({patches.n_coefficients}, 3), got {coefficients.shape}"
@@ -189,6 +192,8 @@ def density_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
 
 def geometry_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
     """Coefficients to values at tensor points, sparse ``(n, n_coefficients)``."""
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
     values = tensor_bernstein(patches.geometry_degree, points.s, points.t)
     q, nb = values.shape
     e = np.arange(patches.n_elements)[:, None, None]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from hbem.closest_point import near_pairs, outer_pairs
@@ -24,6 +25,7 @@ from hbem.quadrature import QuadratureOrders, gauss_square
 from hbem.sampling import SampledSurface, sample
 from hbem.single_layer import single_layer
 from hbem.stokes import jump_data, needs_double_layer
+from hbem.triangles import quadrilaterals, triangle_index
 
 from ..geometry.bodies import fitted, sphere, spheroid, torus
 from . import gaps
@@ -303,6 +305,85 @@ def near_rows(quick: bool) -> list[Row]:
     return rows
 
 
+def triangle_rows(quick: bool) -> list[Row]:
+    """Near-singular moments of a curved triangle against distance, by contracted vertex.
+
+    Collapsing the square at a fixed vertex (as operators do), at the one nearest the closest
+    point (no better), or at the farthest (up to 16 times better beside a vertex).
+    """
+    x = (triangle_index(2) / 2.0)[:, 1:]
+    control = np.column_stack([x, 0.25 * (x[:, 0] ** 2 - 0.6 * x[:, 0] * x[:, 1])])
+    body = BezierPatches(
+        n_dofs=6, geometry_degree=2, density_degree=2, indptr=np.array([0, 6]),
+        dofs=np.arange(6), extraction=np.eye(6), bezier=csr_matrix(np.eye(6)),
+        coefficients=control, shape="triangle",
+    )  # fmt: skip
+    views = [quadrilaterals(body, k) for k in range(3)]
+    surfaces = [sample(v, control, QuadratureOrders()) for v in views]
+    # barycentric places: centre, edge, near an edge, beside each vertex
+    spots = [[1, 1, 1], [0, 1, 1], [4, 1, 0.1], [18, 1, 1], [1, 18, 1], [1, 1, 18]]
+    spots = np.array(spots, float)
+    spots = (spots / spots.sum(axis=1, keepdims=True))[:: 2 if quick else 1]
+    rows = []
+    for layer in (Layer.SINGLE, Layer.DOUBLE):
+        for distance in DISTANCES:
+            # x on the square of view 0: u = 1 - s, v = s (1 - t), w = s t
+            points = np.stack(
+                [
+                    _above(surfaces[0].control[0], 1.0 - u, w / (v + w), side * distance)
+                    for u, v, w in spots
+                    for side in (-1.0, 1.0)
+                ]
+            )
+            exact = np.stack(
+                [
+                    views[0].extraction
+                    @ subdivided(surfaces[0].control[0], p, 2, layer, 10, 1e-6)[0]
+                    for p in points
+                ]
+            )
+            places = np.repeat(spots, 2, axis=0)
+            for name, orders in (
+                ("default", QuadratureOrders()),
+                ("fine", QuadratureOrders.fine()),
+            ):
+                start = time.perf_counter()
+                found = np.stack(
+                    [_triangle_moments(s, points, orders, layer) for s in surfaces], axis=1
+                )
+                seconds = time.perf_counter() - start
+                each = np.arange(len(points))
+                size = np.abs(exact).max(axis=(1, 2))
+                error = {
+                    how: (np.abs(found[each, k] - exact).max(axis=(1, 2)) / size).max()
+                    for how, k in (
+                        ("fixed", 0 * each),
+                        ("nearest", places.argmax(axis=1)),
+                        ("farthest", places.argmin(axis=1)),
+                    )
+                }
+                rows.append(
+                    {
+                        "case": f"triangle {layer.name.lower()}", "d/h": distance, "orders": name,
+                        "error": float(error["fixed"]), "nearest": float(error["nearest"]),
+                        "farthest": float(error["farthest"]), "seconds": seconds / 3.0,
+                        "reference": "adaptive quartering",
+                    }
+                )  # fmt: skip
+    return rows
+
+
+def _triangle_moments(
+    surface: SampledSurface, x: np.ndarray, orders: QuadratureOrders, layer: Layer
+) -> np.ndarray:
+    """Moments of the first triangle's functions at all points, ``(n, n_functions, 6)``."""
+    near = near_pairs(surface, x, np.full(len(x), -1), 1.0)
+    moments = near_moments(surface, near, orders, layer)
+    sums = np.zeros((len(x), *moments.shape[1:]))
+    np.add.at(sums, np.repeat(np.arange(len(x)), np.diff(near.indptr)), moments)
+    return np.einsum("ab,nbc->nac", surface.patches.extraction, sums)
+
+
 def _above(control: np.ndarray, s: float, t: float, distance: float) -> np.ndarray:
     """Point at a distance, in units of the element, above ``(s, t)``."""
     g, flat = control.shape[0] - 1, control.reshape(-1, 3)
@@ -392,6 +473,7 @@ ROWS: Sequence[Callable[[bool], list[Row]]] = (
     eigenvalue_rows,
     gap_rows,
     near_rows,
+    triangle_rows,
     speed_rows,
     gaps.run,
 )
