@@ -13,7 +13,11 @@ from hbem.hmatrix import hmatrix
 from . import clouds
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
+TOLERANCES = (
+    1e-3,
+    1e-6,
+    *(pytest.param(t, marks=pytest.mark.slow) for t in (1e-2, 1e-4, 1e-8)),
+)
 
 
 @pytest.fixture(scope="module", params=list(clouds.CLOUDS))
