@@ -14,6 +14,7 @@ from numba import get_num_threads, njit
 
 EIGHT_PI = 8.0 * np.pi
 SAMPLES = 6  # target points whose rows prove a stop
+FAINT = 0.1  # targets whose approximate rows are below this share of the average are faint
 KEPT = 1e-2  # singular values of a 3x3 pivot below this fraction of the largest are dropped
 
 
@@ -161,13 +162,20 @@ def cross(x, y, normals, tiny, tolerance, limit, seed, u, v, samples, scratch):
     samples = samples[:count]
     i, total = worst_sample(samples)
     i = chosen[i]
-    goal = tolerance * tolerance * total
-    if total == 0.0:
-        return 0
     visited = np.zeros(m, np.bool_)
     rank = 0
     lone = np.empty((3, min(1, normals.shape[1])))
     coefficients = np.empty(limit + 3)
+    double = normals.shape[1] > 0
+    if total == 0.0 and double:
+        size = faint_samples(
+            x, y, normals, tiny, seed, u, v, 0, coefficients, columns, lone, samples, chosen
+        )
+        total = size * n / m * count
+        i = chosen[worst_sample(samples)[0]]
+    if total == 0.0:
+        return 0
+    goal = tolerance * tolerance * total
     while True:
         visited[i] = True
         kernel_line(x[:, i], y, normals, tiny, 1.0, rows)
@@ -209,13 +217,65 @@ def cross(x, y, normals, tiny, tolerance, limit, seed, u, v, samples, scratch):
         else:
             worst, left = worst_sample(samples)
             small = True
+        if small and left <= goal and double:
+            faint_samples(
+                x, y, normals, tiny, seed + rank, u, v, rank, coefficients, columns, lone, samples,
+                chosen,
+            )  # fmt: skip
+            worst, left = worst_sample(samples)
         if small and left <= goal:
             return rank
         i = next_target(columns, visited, m)
         if small and not visited[chosen[worst]]:
             i = chosen[worst]
         if i < 0:
-            return rank
+            return -1
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def faint_samples(
+    x, y, normals, tiny, seed, u, v, rank, coefficients, columns, lone, samples, chosen
+):
+    """Residual rows of targets that the approximation hardly sees, in place of the samples.
+
+    Coplanar sheets split a block of the double layer into parts that do not see each other: a
+    part without a sample stays zero unnoticed. The odd samples are spread over the faint targets,
+    the even ones are the faint targets with the largest residual under spread sources. Returns
+    the mean square of the sampled columns.
+    """
+    m, n = x.shape[1], y.shape[1]
+    weight = np.zeros(m)
+    for k in range(rank):
+        size = square_sum(v[k : k + 1])
+        for i in range(m):
+            weight[i] += size * (u[k, i] ** 2 + u[k, m + i] ** 2 + u[k, 2 * m + i] ** 2)
+    faint = np.flatnonzero(weight <= FAINT * FAINT * weight.mean())
+    count, total = samples.shape[0], 0.0
+    samples[:] = 0.0
+    if faint.size == 0:
+        return total
+    state = np.uint64(seed * 2 + 1)
+    for k in range(count):
+        state = state * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
+        draw = np.int64(state >> np.uint64(33))
+        low, high = k * faint.size // count, (k + 1) * faint.size // count
+        chosen[k] = faint[low + draw % max(high - low, 1)]
+        if k % 2 == 0:
+            low, high = k * n // count, max((k + 1) * n // count, k * n // count + 1)
+            j = low + draw % (high - low)
+            for b in range(3):
+                lone[b, 0] = normals[b, j]
+            kernel_line(y[:, j], x, lone, tiny, -1.0, columns)
+            total += square_sum(columns) / ((count + 1) // 2)
+            for b in range(3):
+                coefficients[:rank] = v[:rank, b * n + j]
+                subtract(columns[b], coefficients, u, 0, rank)
+            chosen[k] = next_target(columns, weight > FAINT * FAINT * weight.mean(), m)
+        kernel_line(x[:, chosen[k]], y, normals, tiny, 1.0, samples[k])
+        for a in range(3):
+            coefficients[:rank] = u[:rank, a * m + chosen[k]]
+            subtract(samples[k, a], coefficients, v, 0, rank)
+    return total
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

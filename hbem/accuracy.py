@@ -33,7 +33,9 @@ RULES: tuple[tuple[QuadratureOrders, tuple[float, ...]], ...] = (
         (8.5e-4, 3.4e-4, 8e-6, 3.1e-6, 7.5e-7),
     ),
 )
-# Traction error of each compression tolerance, thinness 0.01 and 0.05.
+# Traction error of each compression tolerance, thinness 0.01 and 0.05: the largest measured on
+# disc bags of 968 to 5000 elements. At 1e-3 and 0.05, H2 costs 5.4e-4 on 968 elements, 2.1e-3 on
+# 2048 and 6.7e-3 on 5000; at 1e-4, or at 0.01, the first two agree within a factor of 1.4.
 COMPRESSED_AT = np.array([0.01, 0.05])
 COMPRESSED: Mapping[str, tuple[np.ndarray, np.ndarray]] = {
     "aca": (
@@ -47,7 +49,7 @@ COMPRESSED: Mapping[str, tuple[np.ndarray, np.ndarray]] = {
     ),
     "h2": (
         np.array([1e-3, 1e-4, 1e-5, 1e-6, 1e-7]),
-        np.array([[2.8e-3, 7e-4, 4.3e-5, 8e-6, 2e-7], [1.2e-3, 9e-5, 2.8e-6, 5.7e-7, 1.4e-8]]),
+        np.array([[7.3e-3, 7e-4, 1.1e-4, 8e-6, 2e-7], [6.7e-3, 9e-5, 2.9e-6, 5.7e-7, 1.4e-8]]),
     ),
 }
 # Traction error over true residual, two-level Schwarz.

@@ -14,7 +14,6 @@ import numpy as np
 METHODS = ("aca", "h2")
 STORED_LIMIT = 6000  # unknowns up to which the matrix is stored dense
 GAP_OPPOSED = 50.0  # largest measured error on gap-opposed densities in units of the tolerance
-H2_SHARE = 0.1  # of the budget's tolerance; see `choose`
 PAIRS = 1e9  # plain kernels summed in a second by one thread
 
 
@@ -75,9 +74,6 @@ def choose(
     products : int
         Applications on one geometry, preconditioner included.
     """
-    # measured on a disc bag, gap/extent 0.05: H2 at 1e-3 costs 6.7e-3 of the traction, six times
-    # what the tables of the accuracy budget say
-    tolerances = {**tolerances, "h2": H2_SHARE * tolerances["h2"]}
     if method == "auto" and 3 * n_dofs <= STORED_LIMIT:
         return None
     if method == "auto":

@@ -20,7 +20,11 @@ def layers(body, method, tolerance, orders=None):
 
 @pytest.mark.parametrize("method", ["aca", "h2"])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
-@pytest.mark.parametrize("body", [torus(16, 16), round_bag(20, gap=0.05)], ids=["torus", "bag"])
+@pytest.mark.parametrize(
+    "body",
+    [pytest.param(torus(16, 16), marks=pytest.mark.slow), round_bag(20, gap=0.05)],
+    ids=["torus", "bag"],
+)
 def test_against_dense(body, method, tolerance):
     compressed, dense = layers(body, method, tolerance)
     x = np.random.default_rng(0).standard_normal((dense.shape[0], 2))

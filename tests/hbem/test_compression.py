@@ -5,6 +5,7 @@ import logging
 import numpy as np
 import pytest
 
+from hbem import compressed
 from hbem.compressed import test_densities as densities
 from hbem.h2matrix import h2matrix
 from hbem.hmatrix import hmatrix
@@ -12,7 +13,11 @@ from hbem.hmatrix import hmatrix
 from . import clouds
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
+TOLERANCES = (
+    1e-3,
+    1e-6,
+    *(pytest.param(t, marks=pytest.mark.slow) for t in (1e-2, 1e-4, 1e-8)),
+)
 
 
 @pytest.fixture(scope="module", params=list(clouds.CLOUDS))
@@ -24,9 +29,13 @@ def cloud(request):
 
 
 def errors(operator, matrix, seed=5):
-    """Relative errors of the whole product for random and constant densities."""
+    """Relative errors of the whole product for random and constant densities.
+
+    The last column is a constant of random direction, which the package does not try.
+    """
     n = matrix.shape[0] // 3
-    x = densities(n, seed).reshape(3 * n, 2)
+    x = densities(n, seed).reshape(3 * n, -1)
+    x = np.c_[x, x[:, -3:] @ np.random.default_rng(seed).standard_normal(3)]
     exact = matrix @ x
     size = np.linalg.norm(exact, axis=0)
     return np.linalg.norm(operator @ x - exact, axis=0) / np.where(size > 0.0, size, 1.0)
@@ -52,14 +61,15 @@ def test_double_layer(cloud, method, tolerance):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_measured_error_is_the_true_one(method):
-    """The error on sampled rows against that of the whole product."""
+def test_measured_error_is_the_true_one(method, monkeypatch):
+    """All rows of a small cloud; fewer of a large one estimate it."""
     points = clouds.CLOUDS["stack"]
     operator = METHODS[method](points, 1e-4)
-    true = errors(operator, clouds.dense(points), seed=0)
-    s = operator.statistics
-    assert s.error_random == pytest.approx(true[0], rel=0.5)
-    assert s.error_constant == pytest.approx(true[1], rel=0.7)
+    true = errors(operator, clouds.dense(points), seed=0)[:-1]
+    assert operator.statistics.achieved == pytest.approx(true.max(), rel=1e-6)
+    monkeypatch.setattr(compressed, "TEST_PAIRS", 0)
+    sampled = operator.relative_error(densities(points.shape[0], 0))
+    np.testing.assert_allclose(sampled, true, rtol=0.7)
 
 
 @pytest.mark.parametrize("method", METHODS)
