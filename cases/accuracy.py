@@ -40,8 +40,8 @@ class Accuracy:
 
     @classmethod
     def of(cls, scene: Scene) -> Accuracy | None:
-        """That of a scene; None without boundary integrals."""
-        if scene.fluid.model == "pressure":
+        """That of a scene; None without boundary integrals on surfaces."""
+        if scene.kind != Scene.kind or scene.fluid.model == "pressure":
             return None
         body = initial_bag(scene)
         return cls(fluid_budget(scene, body), body.gap, body.extent)

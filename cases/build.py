@@ -26,7 +26,7 @@ from shells.surface_basis import SurfaceBasis
 from shells.volume import EnclosedVolume
 
 from .config import Scene
-from .contact import collision
+from .contact import certified
 from .geometry import initial_bag
 from .geometry.bag import Bag
 from .geometry.folded import FoldedBag
@@ -271,4 +271,4 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
 def _collision(scene: Scene, body: Bag) -> object | None:
     if scene.contact.test == "off":
         return None
-    return collision(body, scene.contact.tessellate, scene.contact.engine)
+    return certified(body, scene.contact.tessellate, scene.contact.engine)

@@ -9,9 +9,37 @@ from scipy.sparse import block_diag, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from coupling.certify import grid_cells, halved
 from coupling.collision import Collision
 
 from .geometry.bag import Bag
+from .loader import SceneError
+
+FINEST = 12  # cells per element side
+
+
+def certified(body: Bag, tessellate: int, engine: str) -> Collision:
+    """Test of motions, refined until it finds the initial configuration free of contact.
+
+    Raises
+    ------
+    SceneError
+        Not even the finest test does.
+    """
+    while True:
+        test = collision(body, tessellate, engine)
+        cause = test.inspect(body.coefficients, body.coefficients)
+        if cause is None:
+            return test
+        if 2 * tessellate > FINEST:
+            raise SceneError(
+                [
+                    f"contact.tessellate: the initial bag cannot be certified free of contact on "
+                    f"{tessellate} cells a side ({cause.value}); refine the mesh at its folds, or "
+                    "set contact.test = 'off'"
+                ]
+            )
+        tessellate *= 2
 
 
 def collision(body: Bag, tessellate: int = 3, engine: str = "auto") -> Collision:
@@ -40,20 +68,13 @@ def collision(body: Bag, tessellate: int = 3, engine: str = "auto") -> Collision
     group = _merged(sample @ body.coefficients)
     average = csr_matrix((np.ones(len(group)), (group, np.arange(len(group)))))
     average = diags(1.0 / np.asarray(average.sum(axis=1)).ravel()) @ average
-    triangles = group[_triangles(sum(part.n_elements for part in parts), tessellate)]
+    samples = (average @ sample).tocsr()
+    cells = group[grid_cells(sum(part.n_elements for part in parts), n)]
+    triangles = halved(cells, samples @ body.coefficients)
     proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
-    on_patch = np.repeat([0, 1], [2 * tessellate**2 * part.n_elements for part in parts]) == 1
+    on_patch = np.repeat([0, 1], [tessellate**2 * part.n_elements for part in parts]) == 1
     chosen = "ipctk" if engine != "bound" and installed else "bound"
-    return Collision((average @ sample).tocsr(), triangles[proper], on_patch[proper], chosen)
-
-
-def _triangles(elements: int, tessellate: int) -> np.ndarray:
-    """Triangles of the samples of all elements, before merging."""
-    n = tessellate + 1
-    i, j = (g.ravel() for g in np.meshgrid(range(tessellate), range(tessellate), indexing="ij"))
-    a, b, c, d = i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1
-    cell = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return (np.arange(elements)[:, None, None] * n * n + cell).reshape(-1, 3)
+    return Collision(samples, triangles[proper], np.tile(on_patch, 2)[proper], chosen)
 
 
 def _merged(points: np.ndarray) -> np.ndarray:

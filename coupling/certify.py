@@ -57,7 +57,7 @@ class Certificate:
         _, vertex = connected_components(graph, directed=False)
         _, first = np.unique(vertex, return_index=True)
         vertices = self.sampling.tocsr()[first]
-        triangles = _triangles(vertex[self.cells], vertices @ self.rest)
+        triangles = halved(vertex[self.cells], vertices @ self.rest)
         proper = (
             (triangles[:, 0] != triangles[:, 1])
             & (triangles[:, 1] != triangles[:, 2])
@@ -116,8 +116,8 @@ class Certificate:
         )
 
 
-def _triangles(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Both halves of each quadrilateral, ``(2 n, 3)``."""
+def halved(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Both halves of each quadrilateral along its shorter diagonal, first halves first."""
     a, b, c, d = cells.T
     length = np.linalg.norm(points[a] - points[c], axis=1)
     turn = np.linalg.norm(points[b] - points[d], axis=1) < length

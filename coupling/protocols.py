@@ -155,6 +155,16 @@ class Structure(Protocol):
         """Root-mean-square size of an increment ``(n_full, 3)``, for stopping tests."""
 
 
+class CollisionTest(Protocol):
+    """Tests every predicted, iterated and accepted configuration."""
+
+    def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
+        """Why ``after`` cannot be reached from the accepted ``before``; None if it can.
+
+        A run that ends at the floor of its step because of it has this `Result`.
+        """
+
+
 @dataclass(frozen=True)
 class Iteration:
     """One subiteration: step index, attempt and iteration count, relative residual."""

@@ -83,6 +83,7 @@ class StepControl:
         if self.closing > 0.0 and speed > 0.0:
             limits.append((self.closing * gap / speed, f"gap {gap:.3g} closing at {speed:.2g}"))
         for limit, reason in limits:
-            if limit < best:
-                best, why = limit, reason
+            # never below the floor: only a rejected step ends a run, with its cause as result
+            if max(limit, self.smallest) < best:
+                best, why = max(limit, self.smallest), reason
         return best, why

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .attempt import Attempt, Scheme, StepProblem
-from .collision import Collision
 from .integrator import BackwardEuler, Integrator
 from .protocols import (
     AcceptedStep,
+    CollisionTest,
     Fluid,
     Iteration,
     Outcome,
@@ -56,14 +56,10 @@ class Simulation:
         Prescribed enclosed volume V(t).
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
-    inspect : callable, optional
-        Why a configuration must not be assembled or accepted, or None. A run that ends at the
-        floor of its step because of it has this `Result`.
     checkpoint_every : int
         Steps between checkpoints.
     integrator : Integrator
-    collision : Collision, optional
-        Tests every predicted, iterated and accepted configuration.
+    collision : CollisionTest, optional
     """
 
     structure: Structure
@@ -75,10 +71,9 @@ class Simulation:
     tolerances: Tolerances = Tolerances()
     recorders: Sequence[Recorder] = ()
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
-    inspect: Callable[[np.ndarray], Result | None] | None = None
     checkpoint_every: int = 10
     integrator: Integrator = field(default_factory=BackwardEuler)
-    collision: Collision | None = None
+    collision: CollisionTest | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
         """Advance to the end time, from a checkpoint if one is given.
@@ -213,9 +208,8 @@ class _Loop:
         """Why a configuration cannot be reached from the accepted one."""
         if not np.all(np.isfinite(coefficients)):
             return Result.GEOMETRY
-        found = self.sim.inspect(coefficients) if self.sim.inspect is not None else None
-        if found is not None or self.sim.collision is None:
-            return found
+        if self.sim.collision is None:
+            return None
         return self.sim.collision.inspect(self.state.coefficients, coefficients)
 
     def _stuck(self) -> bool:

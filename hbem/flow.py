@@ -1,20 +1,25 @@
 """Stokes flow about closed surfaces of given velocity: the library's front door.
 
-``V tau = u``, ``<tau, n> = 0`` on each closed component: tau is the traction jump across the
-surfaces, fluid of one viscosity on both sides [T 3.10a]. For rigid motions the fluid inside is at
-rest in the body's frame and tau is the outer traction, up to a constant pressure.
+``V tau = (1 + lambda)/2 u + (1 - lambda) K u - lambda u_inf`` [T 5.4], ``<tau, n> = 0`` on each
+closed component: tau is the traction jump across the surfaces, lambda the outer over the inner
+viscosity, u_inf the undisturbed outer flow. For lambda = 1 this is ``V tau = u - u_inf``, without
+K. For rigid motions the fluid inside is at rest in the body's frame and tau is the outer traction,
+up to a constant pressure.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse.linalg import splu
 
 from .accuracy import Budget, budget
+from .double_layer import DoubleLayer, double_layer
+from .evaluate import FlowField, flow_field
 from .gap import narrowest
 from .gmres import KrylovResult
 from .krylov import DENSE_LIMIT, DenseSaddle, IterativeSaddle, MassPreconditioner, saddle
@@ -23,6 +28,7 @@ from .preconditioner import two_level_schwarz
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface, sample
 from .single_layer import SingleLayer, single_layer
+from .stokes import jump_data, needs_double_layer
 from .topology import closed_components
 
 logger = logging.getLogger(__name__)
@@ -81,8 +87,27 @@ class SurfaceTraction:
         return self._integrals(through[:, None])[:, 0]
 
     def power(self) -> float:
-        """Rate of dissipation ``<tau, u>``."""
+        """Work of the surfaces on the fluid ``<tau, u>``; the dissipation without background."""
         return float(self.flow.weights @ np.sum(self.values * self.velocity, axis=1))
+
+    def field(self, points: np.ndarray) -> FlowField:
+        """Velocity, pressure and stress at points ``(n, 3)`` inside and outside.
+
+        Points on the surface get its velocity and NaN for the rest. Of a background flow the
+        velocity is included; pressure and stress are those of the layers.
+        """
+        flow, viscosity = self.flow, self.flow.viscosity
+        found = flow_field(
+            flow.surface,
+            self.coefficients / viscosity,
+            np.atleast_2d(np.asarray(points, dtype=float)),
+            velocity=flow.coefficients_of(self.velocity),
+            viscosity_ratio=flow.viscosity_ratio,
+            background=None if flow.background is None else flow.undisturbed,
+            orders=flow.orders,
+        )
+        scaled = {"pressure": viscosity * found.pressure, "stress": viscosity * found.stress}
+        return replace(found, **scaled)
 
 
 class StokesFlow:
@@ -98,6 +123,11 @@ class StokesFlow:
         Relative traction error allowed to quadrature and Krylov iteration, beside that of the
         mesh. A gap too thin for it gives a warning, in ``budget.warnings`` and the log.
     viscosity : float
+        Of the fluid inside.
+    viscosity_ratio : float
+        Outer over inner viscosity: 0 is the flow inside alone, without an outer fluid.
+    background : callable or (3,) array, optional
+        Undisturbed velocity of the outer fluid at points ``(n, 3)``; itself a Stokes flow.
     orders : QuadratureOrders, optional
         Overrides those that follow from the tolerance.
 
@@ -114,7 +144,8 @@ class StokesFlow:
     SurfaceError
         An open surface, mixed orientation or inward normals.
     ValueError
-        A viscosity that is not positive, or coefficients of the wrong shape.
+        A viscosity that is not positive, a negative ratio, a background without outer fluid, or
+        coefficients of the wrong shape.
     """
 
     def __init__(
@@ -124,10 +155,12 @@ class StokesFlow:
         *,
         tolerance: float = 1e-3,
         viscosity: float = 1.0,
+        viscosity_ratio: float = 1.0,
+        background: Velocity | None = None,
         orders: QuadratureOrders | None = None,
     ):
-        if not viscosity > 0.0:
-            raise ValueError(f"viscosity must be positive, got {viscosity:g}")
+        _check(viscosity, viscosity_ratio, background)
+        self.viscosity_ratio, self.background = viscosity_ratio, background
         if coefficients is None:
             coefficients = patches.coefficients if isinstance(patches, BezierPatches) else None
             if coefficients is None:
@@ -143,6 +176,11 @@ class StokesFlow:
     @cached_property
     def layer(self) -> SingleLayer:
         return single_layer(self.patches, self.coefficients, self.orders)
+
+    @cached_property
+    def double(self) -> DoubleLayer:
+        """Assembled only where the viscosities differ."""
+        return double_layer(self.layer.surface, self.orders)
 
     @cached_property
     def surface(self) -> SampledSurface:
@@ -194,13 +232,8 @@ class StokesFlow:
         ValueError
             A velocity of the wrong shape or not finite.
         """
-        u = velocity(self.points) if callable(velocity) else velocity
-        u = np.asarray(u, dtype=float)
-        if u.shape == (3,):
-            u = np.broadcast_to(u, self.points.shape)
-        if u.shape != self.points.shape or not np.all(np.isfinite(u)):
-            raise ValueError(f"expected finite velocities {self.points.shape}, got {u.shape}")
-        found = self.system.solve(self.surface.project(u).ravel())
+        u = _at(velocity, self.points)
+        found = self.system.solve(self._data(u))
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
         return SurfaceTraction(
@@ -212,3 +245,55 @@ class StokesFlow:
             found.residual,
             u,
         )
+
+    def undisturbed(self, points: np.ndarray) -> np.ndarray:
+        """Background velocity at points ``(n, 3)``."""
+        return np.zeros(points.shape) if self.background is None else _at(self.background, points)
+
+    def coefficients_of(self, values: np.ndarray) -> np.ndarray:
+        """Coefficients ``(n_dofs, 3)`` of the density closest to point values, in L2."""
+        return self._mass_factor.solve(self.surface.project(values))
+
+    @cached_property
+    def _mass_factor(self):
+        return splu(self.surface.mass.tocsc())
+
+    def _data(self, u: np.ndarray) -> np.ndarray:
+        """Right-hand side for the velocity u at the points, ``(3 n_dofs,)``."""
+        project = self.surface.project
+        double, projected = None, None
+        if needs_double_layer(self.viscosity_ratio):
+            double, projected = self.double, self.coefficients_of(u).ravel()
+        background = 0.0 if self.background is None else project(self.undisturbed(self.points))
+        return jump_data(
+            project(u).ravel(), self.viscosity_ratio, double, projected, np.ravel(background)
+        )
+
+
+def _check(viscosity: float, ratio: float, background: Velocity | None) -> None:
+    if not viscosity > 0.0:
+        raise ValueError(f"viscosity must be positive, got {viscosity:g}")
+    if not (np.isfinite(ratio) and ratio >= 0.0):
+        raise ValueError(
+            f"viscosity_ratio must be finite and not negative, got {ratio:g}; it is outer over "
+            "inner viscosity"
+        )
+    if background is not None and ratio == 0.0:
+        raise ValueError(
+            "viscosity_ratio = 0 has no outer fluid that a background could move: leave the "
+            "background out, or give a positive ratio"
+        )
+    if background is not None and not callable(background) and np.shape(background) != (3,):
+        raise ValueError(
+            f"background: expected a callable or 3 numbers, got shape {np.shape(background)}"
+        )
+
+
+def _at(velocity: Velocity, points: np.ndarray) -> np.ndarray:
+    """Checked velocities at points."""
+    u = np.asarray(velocity(points) if callable(velocity) else velocity, dtype=float)
+    if u.shape == (3,):
+        u = np.broadcast_to(u, points.shape)
+    if u.shape != points.shape or not np.all(np.isfinite(u)):
+        raise ValueError(f"expected finite velocities {points.shape}, got {u.shape}")
+    return u

@@ -26,6 +26,7 @@ from hbem.single_layer import single_layer
 from hbem.stokes import jump_data, needs_double_layer
 
 from ..geometry.bodies import fitted, sphere, spheroid, torus
+from . import gaps
 
 Row = dict[str, Any]
 Flow = tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray, np.ndarray], np.ndarray]]
@@ -392,4 +393,5 @@ ROWS: Sequence[Callable[[bool], list[Row]]] = (
     gap_rows,
     near_rows,
     speed_rows,
+    gaps.run,
 )

@@ -9,12 +9,12 @@ import numpy as np
 
 from coupling.implicit import StructureOnly
 from coupling.integrator import BDF2, BackwardEuler
-from coupling.protocols import Recorder, Result, State
+from coupling.protocols import Recorder, State
 from coupling.stability import contraction_measured
 from coupling.step_control import StepControl
 from coupling.time_loop import Simulation, Tolerances
 from hbem.planar.contact import ContactForce
-from hbem.planar.polygon import Boundary, OuterRule, crossing, smallest_gap
+from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
 from hbem.planar.potential import PlanarPotential
 from hbem.planar.stokes import PlanarStokes
 from shells.curve import CurveBasis, EnclosedArea, end_supports
@@ -28,6 +28,7 @@ from ..inflow import prescribed_volume
 from ..schemes import iterations
 from ..schemes import scheme as named_scheme
 from .config import Scene
+from .contact import CurveCollision
 from .forecast import contraction, final_volume
 
 LAWS: Mapping[str, type[PlanarMembrane]] = {"kirchhoff-love": PlanarShell, "string": ElasticString}
@@ -95,15 +96,6 @@ class Sampler:
         basis = self.structure.shell.basis
         points = basis.sample(SAMPLES) @ coefficients
         return np.concatenate([points, coefficients[-2:-1], self.body.inlet])
-
-    def inspect(self, coefficients: np.ndarray) -> Result | None:
-        """Whether the membrane meets itself or the inlet."""
-        points = self.curve(coefficients)
-        pair = crossing(points)
-        if pair is None:
-            return None
-        first_inlet = points.shape[0] - self.body.inlet.shape[0] - 1
-        return Result.INLET_CONTACT if max(pair) >= first_inlet else Result.SELF_INTERSECTION
 
     def diagnostics(self, state: State) -> Mapping[str, float]:
         """Columns of the history."""
@@ -187,7 +179,7 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         ),
         recorders=recorders,
         diagnostics=sampler.diagnostics,
-        inspect=sampler.inspect,
         integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
         checkpoint_every=scene.output.checkpoint_every,
+        collision=CurveCollision(sampler.curve, n_inlet=body.inlet.shape[0] + 1),
     )

@@ -14,6 +14,7 @@ import pytest
 
 from cases import build, loader
 from cases.config import Geometry
+from cases.contact import collision
 from cases.geometry import initial_bag
 from cases.geometry.folded import enclosed, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
@@ -157,20 +158,29 @@ def test_foldings_keep_volume_and_do_not_cross(folding, panels):
     assert inspect(bag).crosses is False
 
 
-def test_certificate_sees_crossings(bag, scene):
-    pytest.importorskip("ipctk")
-    certificate = build.Sampler(bag).certificate
-    assert not certificate.intersects(bag.coefficients)
-    inside_out = bag.flat * [1.0, 1.0, 0.0] + 0.01 * np.sin(9.0 * bag.flat[:, :1]) * [0, 0, 1]
-    inside_out[:, 2] -= 0.3 * bag.flat[:, 2] * np.cos(12.0 * bag.flat[:, 0])
-    assert certificate.intersects(inside_out)
+@pytest.mark.parametrize("engine", ["bound", "ipctk"])
+def test_motions_into_a_crossing_are_seen(bag, engine):
+    if engine == "ipctk":
+        pytest.importorskip("ipctk")
+    test = collision(bag, 6, engine)
+    assert test.inspect(bag.coefficients, bag.coefficients) is None
+    # squeezes the sheets through each other
+    through = bag.coefficients * [1.0, 1.0, -0.2]
+    assert test.inspect(bag.coefficients, through) in (
+        Result.SELF_INTERSECTION,
+        Result.INLET_CONTACT,
+        Result.GEOMETRY,
+    )
 
 
-def test_crossings_reject_a_step(scene):
+def test_contacts_reject_a_step(scene):
+    class Everywhere:
+        def inspect(self, before, after):
+            return Result.SELF_INTERSECTION
+
     scene = replace(scene, time=replace(scene.time, dt_floor=1.0))
-    simulation = replace(build.simulation(scene), admissible=lambda coefficients: False)
-    outcome = simulation.run(steps=1)
-    assert outcome.result is Result.STEP_FLOOR
+    outcome = replace(build.simulation(scene), collision=Everywhere()).run(steps=1)
+    assert outcome.result is Result.SELF_INTERSECTION
     assert outcome.counts["accepted"] == 0
 
 
@@ -219,7 +229,7 @@ def test_a_coupled_step_of_a_folded_bag(scene):
 @pytest.mark.slow
 def test_an_accordion_opens_under_uniform_pressure():
     scene = loader.read("accordion-2", ["mesh.around=32", "fluid.model=pressure",
-                                        "coupling.certify=off", "time.end=240.0"])  # fmt: skip
+                                        "contact.test=off", "time.end=240.0"])  # fmt: skip
     states = []
 
     class States:

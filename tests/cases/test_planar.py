@@ -20,8 +20,8 @@ COARSE = ("mesh.straight=1", "mesh.curved=0.4", "time.dt=8")
 @pytest.mark.parametrize("name", SCENES)
 def test_shipped_scenes_build(name):
     scene = loader.read(name)
-    body = build.bag(scene)
-    assert build.fields(scene).inspect(body.coefficients) is None
+    c = build.bag(scene).coefficients
+    assert build.simulation(scene).collision.inspect(c, c) is None
 
 
 def test_pancake_area():

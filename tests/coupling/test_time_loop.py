@@ -163,3 +163,12 @@ def test_gap_of_two_shifted_sheets():
     gap = minimum_gap(np.vstack([low, high]), np.vstack([down, -down]), 0.1)
     assert gap == pytest.approx(0.05, rel=1e-12)
     assert minimum_gap(low, down, 0.1) == np.inf
+
+
+def test_limits_never_lower_the_step_below_its_floor():
+    """A slow step at the floor is taken and judged; only its rejection may end the run."""
+    control = StepControl(4.0, 40.0, floor=0.5)
+    shared = {"effort": 0.1, "error": 0.0, "order": 1}
+    assert control.next(4.0, 4.0, gap=0.1, speed=1.0, **shared)[0] == 0.5
+    assert control.next(4.0, 4.0, gap=3.0, speed=1.0, **shared)[0] == 1.5
+    assert control.next(4.0, 4.0, gap=0.1, speed=-1.0, **shared) == (4.0, "")

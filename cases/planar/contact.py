@@ -1,0 +1,39 @@
+"""Contact of planar curves: whether the sampled membrane meets itself or the inlet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.protocols import Result
+from hbem.planar.polygon import crossing
+
+
+@dataclass(frozen=True)
+class CurveCollision:
+    """Test of configurations of a closed curve, in the shape of `coupling.collision.Collision`.
+
+    Only the end of a motion is tested: within one step a wall could pass another unseen only by
+    doing so with its whole arm.
+
+    Parameters
+    ----------
+    curve : callable
+        Coefficients ``(n_full, 2)`` to points ``(n, 2)`` in order, those of the inlet last.
+    n_inlet : int
+        Segments of the inlet.
+    """
+
+    curve: Callable[[np.ndarray], np.ndarray]
+    n_inlet: int
+
+    def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
+        """Why ``after`` cannot be reached from the free ``before``; None if it can."""
+        points = self.curve(after)
+        pair = crossing(points)
+        if pair is None:
+            return None
+        inlet = max(pair) >= points.shape[0] - self.n_inlet
+        return Result.INLET_CONTACT if inlet else Result.SELF_INTERSECTION
