@@ -46,9 +46,11 @@ class Problem:
         moved = coefficients - self.start
         return {name: weights @ moved for name, weights in self.tracked.items()}
 
-    def follow(self, fractions: Sequence[float], **options: Any) -> Path:
+    def follow(
+        self, fractions: Sequence[float], coefficients: np.ndarray | None = None, **options: Any
+    ) -> Path:
         """Equilibria at load fractions (see `shells.continuation.load_path`)."""
-        start = options.pop("coefficients", self.start)
+        start = self.start if coefficients is None else coefficients
         return load_path(self.structure, start, self.load, fractions, **options)
 
 

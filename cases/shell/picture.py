@@ -64,7 +64,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes = figure.add_axes((0.0, 0.0, 0.58, 0.95), projection="3d", computed_zorder=False)
+    axes = figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
     meshes = [meshio.read(folder / name) for _, name in frames]
     polygons, colours, legend = [], [], []
     for k, ((load, _), mesh) in enumerate(zip(frames, meshes, strict=True)):
@@ -76,7 +76,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
         shaded[:, :3] *= _shades(quads)[:, None]
         polygons.append(quads)
         colours.append(shaded)
-        legend.append(Patch(color=colour, label=f"{load:.3g} of the load"))
+        legend.append(Patch(color=colour, label=f"load {load:.3g}"))
     # one collection: matplotlib sorts polygons by depth only within one
     faces = np.concatenate(colours)
     axes.add_collection3d(
@@ -93,7 +93,10 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     axes.view_init(elev=20.0, azim=-65)
     axes.set_proj_type("ortho")
     axes.locator_params(nbins=4)
-    axes.legend(handles=legend, loc="upper left", frameon=False)
+    for axis, width in zip((axes.xaxis, axes.yaxis, axes.zaxis), box, strict=True):
+        if width < 0.2 * box.max():  # no room for numbers
+            axis.set_ticks([])
+    figure.legend(handles=legend, loc="upper left", frameon=False, ncols=len(legend))
 
 
 def _shades(quads: np.ndarray) -> np.ndarray:
@@ -114,7 +117,7 @@ def _draw_curves(axes: Axes, history: dict[str, np.ndarray], known: Reference | 
             axes.plot(*marks.T, "o", color=f"C{k}", fillstyle="none")
     if known:
         axes.plot([], [], "o", color="black", fillstyle="none", label=known.source)
-    seen = history["deviation"][np.isfinite(history["deviation"])]
+    seen = history["deviation"][np.isfinite(history["deviation"]) & (history["load"] > 0.0)]
     title = f"largest deviation {seen.max():.1e}" if seen.size else "load and displacement"
     axes.set(xlabel="displacement", ylabel="load fraction", title=title)
     axes.grid(alpha=0.3)

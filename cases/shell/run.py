@@ -121,19 +121,8 @@ def run(scene: Scene, folder: Path, console: Console, record: RunRecord, start: 
 
         posed = problem(scene)
     steps = _Steps(scene, folder, console, posed, known, start)
-    fractions = steps.fractions[start.step :]
     with record.phase("run"):
-        if not start.step:
-            steps.unloaded()
-        options = {} if start.coefficients is None else {"coefficients": start.coefficients}
-        path = posed.follow(
-            fractions,
-            start=start.step / scene.load.steps,
-            increment=start.increment,
-            accepted=steps.accepted,
-            **options,
-        ) if fractions.size else None  # fmt: skip
-    return steps.outcome(path)
+        return steps.outcome(steps.follow())
 
 
 class _Steps:
@@ -160,9 +149,21 @@ class _Steps:
         self.frames = [frame for frame in read_frames(folder / "fields.pvd") if frame[0] < last]
         self.row: dict[str, float] = {}
 
-    def unloaded(self) -> None:
-        """The start as a row and a frame."""
-        self._write(self.posed.start, 0.0, 0, 0.0)
+    def follow(self) -> LoadPath | None:
+        """The path from the start on; None if nothing is left of it."""
+        c, fractions = self.start.coefficients, self.fractions[self.start.step :]
+        if c is None:
+            c = self.posed.start
+            self._write(c, 0.0, 0, 0.0)
+        if not fractions.size:
+            return None
+        return self.posed.follow(
+            fractions,
+            coefficients=c,
+            start=self.start.step / self.scene.load.steps,
+            increment=self.start.increment,
+            accepted=self.accepted,
+        )
 
     def accepted(self, path: LoadPath) -> None:
         """Row, frame, checkpoint and a line of news."""
@@ -226,10 +227,10 @@ class _Steps:
         fraction = path.parameter if path else 1.0
         newton = self.start.newton + (path.newton_iterations if path else 0)
         history = read_history(self.folder / "history.csv")
-        seen = history["deviation"][np.isfinite(history["deviation"])]
+        seen = history["deviation"][np.isfinite(history["deviation"]) & (history["load"] > 0.0)]
         summary = f"{Result.COMPLETED.value}; {self._tips(history)}"
         if self.known and seen.size:
-            summary += f"; at most {seen.max():.1e} from {self.known.source}"
+            summary += f"; at most {seen.max():.1e} from {self.known.source} at {seen.size} steps"
         result = Result.NO_EQUILIBRIUM if failure else Result.COMPLETED
         counts = {
             "steps": self.step,
