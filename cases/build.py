@@ -211,6 +211,10 @@ def skipped(scene: Scene) -> list[str]:
         skips.append("fluid: uniform pressure, no boundary integrals")
     else:
         skips += _fluid_skipped(scene)
+    if not _tested(scene):
+        skips.append(
+            f"test for self-intersection: contact.test = {scene.contact.test!r}, unfolded bag"
+        )
     return skips
 
 
@@ -268,7 +272,13 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
     )
 
 
+def _tested(scene: Scene) -> bool:
+    """Whether configurations are tested for self-intersection."""
+    folded = scene.geometry.kind == "pillow" and scene.geometry.fold != "flat"
+    return scene.contact.test == "on" or (scene.contact.test == "auto" and folded)
+
+
 def _collision(scene: Scene, body: Bag) -> object | None:
-    if scene.contact.test == "off":
+    if not _tested(scene):
         return None
     return certified(body, scene.contact.tessellate, scene.contact.engine)

@@ -169,10 +169,11 @@ class Coupling:
 class Contact:
     """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
 
+    ``test`` "auto" skips it where nothing is near: a bag that starts unfolded.
     ``engine`` "auto" takes ipctk where it is installed, else the conservative bound.
     """
 
-    test: str = rule("on", choices=("on", "off"))
+    test: str = rule("auto", choices=("auto", "on", "off"))
     engine: str = rule("auto", choices=("auto", "ipctk", "bound"))
     tessellate: int = rule(3, least=1, most=16)
 
