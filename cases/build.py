@@ -274,7 +274,8 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
 
 def _tested(scene: Scene) -> bool:
     """Whether configurations are tested for self-intersection."""
-    folded = scene.geometry.kind == "pillow" and scene.geometry.fold != "flat"
+    g = scene.geometry
+    folded = g.kind == "pillow" and (g.fold != "flat" or g.crumple > 0.0)
     return scene.contact.test == "on" or (scene.contact.test == "auto" and folded)
 
 
