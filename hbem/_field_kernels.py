@@ -94,10 +94,10 @@ def half_line(n, centre, b, end, nodes, weights, x, w):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def split_line(rule, centre, b, low, high, nodes, weights, x, w):
+def split_line(rule, oblique, centre, b, low, high, nodes, weights, x, w):
     """Nodes on both sides of the closest point; returns their number."""
     b = max(b, SMALLEST * (high - low))
-    n = int(np.ceil(rule[0] - rule[1] * np.log(min(1.0, b / (high - low)))))
+    n = int(np.ceil(oblique * (rule[0] - rule[1] * np.log(min(1.0, b / (high - low))))))
     n = min(max(n, 4), nodes.shape[0] - 1)
     total, edge = 0, 1e-9 * (high - low)
     if centre - low > edge:
@@ -199,10 +199,28 @@ def fields(
                 e, box = elements[k], boxes[pieces[k]]
                 near[e] = False
                 n1 = split_line(
-                    rule, found[k, 0], found[k, 2], box[0], box[1], nodes, weights, xs, ws
+                    rule,
+                    found[k, 4],
+                    found[k, 0],
+                    found[k, 2],
+                    box[0],
+                    box[1],
+                    nodes,
+                    weights,
+                    xs,
+                    ws,
                 )
                 n2 = split_line(
-                    rule, found[k, 1], found[k, 3], box[2], box[3], nodes, weights, xt, wt
+                    rule,
+                    found[k, 4],
+                    found[k, 1],
+                    found[k, 3],
+                    box[2],
+                    box[3],
+                    nodes,
+                    weights,
+                    xt,
+                    wt,
                 )
                 for j in range(n2):
                     bernstein(g, xt[j], geometry[2], geometry[3])

@@ -5,9 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ._rule_kernels import DEEPEST, SMALLEST, closest, search
+from ._rule_kernels import DEEPEST, SMALLEST, closest, dot, search
 
 SELF = -1.0  # marks the pair of a point with its own element
+OBLIQUE = 2.0  # largest factor on the nodes of a near rule
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def obliqueness(out, box, floor):
+    """Factor on the nodes of a tensor rule: a right angle over the angle between x_s and x_t.
+
+    The integrand on a line of nodes is singular at that angle to it. At a collapsed point (lines
+    shorter than the floor) there is no angle.
+    """
+    a, b = np.sqrt(dot(out[1], out[1])), np.sqrt(dot(out[2], out[2]))
+    if min(a * (box[1] - box[0]), b * (box[3] - box[2])) < floor:
+        return 1.0
+    angle = np.arccos(min(1.0, abs(dot(out[1], out[2])) / (a * b)))
+    return min(OBLIQUE, 0.5 * np.pi / max(angle, 1e-3))
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
@@ -21,8 +36,9 @@ def classify(
     ``owner_st (2, n_t)`` are the local coordinates of outer points on their own elements.
     Stationary points nearer than ``flat (n_pieces,)`` are kept; all others are ensured by a search
     with the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.pieces`.
-    ``found (n_pairs, 4)`` receives s, t and b1, b2 with ``b_i = d / |x_i|``, all in coordinates of
-    the element; the piece on which the target lies receives `SELF` in the last two.
+    ``found (n_pairs, 5)`` receives s, t and b1, b2 with ``b_i = d / |x_i|``, all in coordinates of
+    the element, and the `obliqueness`; the piece on which the target lies receives `SELF` as b1
+    and b2.
     """
     for p in prange(points.shape[0]):
         scratch = np.empty((6, control.shape[1] + 1))
@@ -38,7 +54,7 @@ def classify(
                 s, t = owner_st[0, q], owner_st[1, q]
                 if box[0] <= s <= box[1] and box[2] <= t <= box[3]:
                     found[k, 0], found[k, 1] = s, t
-                    found[k, 2], found[k, 3] = SELF, SELF
+                    found[k, 2], found[k, 3], found[k, 4] = SELF, SELF, 1.0
                     continue
             best, at = 1e300, 0
             for q in range(starts.shape[1]):
@@ -58,8 +74,9 @@ def classify(
                     s, t, d, stationary, scratch, out, r, stack,
                 )  # fmt: skip
             found[k, 0], found[k, 1] = s, t
+            found[k, 4] = obliqueness(out, box, 0.5 * radii[piece])
             for i in range(2):
-                size = np.sqrt(out[1 + i, 0] ** 2 + out[1 + i, 1] ** 2 + out[1 + i, 2] ** 2)
                 # the floor: at a collapsed point |x_s| = 0, and d / |x_s| would call it far
                 wide = box[2 * i + 1] - box[2 * i]
+                size = np.sqrt(dot(out[1 + i], out[1 + i]))
                 found[k, 2 + i] = d * wide / max(size * wide, 0.5 * radii[piece])

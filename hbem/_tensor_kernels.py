@@ -29,9 +29,9 @@ POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def order(offset, slope, b, largest):
+def order(offset, slope, b, oblique, largest):
     """Number of sinh nodes at relative distance b."""
-    n = int(np.ceil(offset - slope * np.log(max(b, SMALLEST))))
+    n = int(np.ceil(oblique * (offset - slope * np.log(max(b, SMALLEST)))))
     return min(max(n, 4), largest)
 
 
@@ -55,7 +55,7 @@ def choose(found, boxes, pieces, elements, collapsed, plain, rule, split, larges
         box = boxes[pieces[k]]
         for i in range(2):
             low, high = box[2 * i], box[2 * i + 1]
-            n = order(rule[0], rule[1], found[k, 2 + i] / (high - low), largest)
+            n = order(rule[0], rule[1], found[k, 2 + i] / (high - low), found[k, 4], largest)
             left, right = sides(found[k, i], low, high, split)
             counts[k, i] = n * (left + right)
         keys[k] = (counts[k, 0] * 128 + counts[k, 1]) * 2 + plain[k]
@@ -151,8 +151,8 @@ def near_moments(
     points, point_of : (n_points, 3), (n_pairs,) array
     elements, pieces : (n_pairs,) int array
         Element and the piece of it (`boxes` of local coordinates) that the rule covers.
-    found : (n_pairs, 4) array
-        Closest point and relative distances in the element's coordinates.
+    found : (n_pairs, 5) array
+        Closest point, relative distances and obliqueness in the element's coordinates.
     counts, plain : (n_pairs, 2), (n_pairs,) int array
         Nodes per direction; whether to subtract the plain rule.
     ordered, starts :

@@ -29,9 +29,9 @@ class NearPairs:
     indptr : (n_points + 1,) int array
     elements, pieces : (n_pairs,) int array
         Source element and piece of each pair, increasing within a point.
-    found : (n_pairs, 4) array
-        Closest point s, t and relative distances b1, b2 in the element's coordinates; distances
-        are negative on the piece on which the point lies.
+    found : (n_pairs, 5) array
+        Closest point s, t and relative distances b1, b2 in the element's coordinates, negative
+        on the piece on which the point lies; a right angle over that of the coordinate lines.
     first : (n_pairs,) bool array
         First piece of its element.
     """
@@ -82,7 +82,7 @@ def near_pairs(
     starts = np.cumsum(counts) - counts
     which = np.arange(counts.sum()) - np.repeat(starts - pieces.indptr[elements], counts)
     point_of = np.repeat(points, counts)
-    found = np.empty((which.size, 4))
+    found = np.empty((which.size, 5))
     kernels.classify(
         x,
         owners,
@@ -100,7 +100,7 @@ def near_pairs(
         pieces.speeds,
         found,
     )
-    near = (found[:, 2:] <= 1.0).any(axis=1)
+    near = (found[:, 2:4] <= 1.0).any(axis=1)
     near = np.repeat(np.logical_or.reduceat(near, starts), counts)
     indptr = np.searchsorted(point_of[near], np.arange(x.shape[0] + 1))
     first = np.zeros(which.size, bool)

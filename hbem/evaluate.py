@@ -133,7 +133,7 @@ def _nearest(
     """Relative distance of the closest near piece (inf: none), traction and velocity there."""
     n = pairs.points.shape[0]
     size = surface.pieces.boxes[:, [1, 3]] - surface.pieces.boxes[:, [0, 2]]
-    distance = (pairs.found[:, 2:] / size[pairs.pieces]).min(axis=1)
+    distance = (pairs.found[:, 2:4] / size[pairs.pieces]).min(axis=1)
     point = np.repeat(np.arange(n), np.diff(pairs.indptr))
     first = np.lexsort((distance, point))
     first = first[np.diff(point[first], prepend=-1) > 0]

@@ -42,12 +42,12 @@ class QuadratureOrders:
 
     outer: int = 3
     far: int = 0
-    near_offset: float = 5.0
+    near_offset: float = 6.0
     near_slope: float = 2.8
     radial: int = 8
     angular: int = 10
     near_ball: float = 1.0
-    double_offset: float = 5.0
+    double_offset: float = 6.3
     double_slope: float = 1.9
 
     def __post_init__(self) -> None:

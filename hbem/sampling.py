@@ -7,7 +7,7 @@ constraint ``c_a = int N_a n``. Both sides of an equation must use the same oute
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +21,7 @@ from .patches import (
 )
 from .pieces import Pieces, balls, divide, grid_points
 from .quadrature import QuadratureOrders, gauss_square
-from .triangles import quadrilaterals
+from .triangles import quadrilaterals, turning
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
 
@@ -67,6 +67,8 @@ class SampledSurface:
         Balls around the elements.
     collapsed : (n_elements,) bool array
         Elements with an edge contracted to a point.
+    triangular : bool
+        Whether all elements are triangles, contracted at their vertex 0.
     """
 
     patches: SurfacePatches
@@ -76,11 +78,24 @@ class SampledSurface:
     centres: np.ndarray
     radii: np.ndarray
     collapsed: np.ndarray
+    triangular: bool = False
 
     @cached_property
     def pieces(self) -> Pieces:
         """Pieces of elements for the near rules; whole elements unless they turn a lot."""
         return divide(self.control)
+
+    @cached_property
+    def turned(self) -> tuple[SampledSurface, ...]:
+        """Triangles contracted at vertices 1 and 2 instead, for near rules; else nothing."""
+        if not self.triangular:
+            return ()
+        shape, degree = self.control.shape, self.patches.geometry_degree
+        flat = self.control.reshape(shape[0], -1, 3)
+        return tuple(
+            replace(self, control=(turning(degree, v) @ flat).reshape(shape), triangular=False)
+            for v in (1, 2)
+        )
 
     @cached_property
     def starts(self) -> np.ndarray:
@@ -136,7 +151,8 @@ def sample(
     ValueError
         Coefficients of a wrong shape or not finite.
     """
-    if patches.shape == "triangle":
+    triangular = patches.shape == "triangle"
+    if triangular:
         patches = quadrilaterals(patches)
     control = control_points(patches, coefficients)
     outer = point_set(control, orders.outer)
@@ -145,7 +161,7 @@ def sample(
     edges = np.stack([control[:, 0], control[:, -1], control[:, :, 0], control[:, :, -1]], axis=1)
     lengths = np.linalg.norm(np.diff(edges, axis=2), axis=-1).sum(axis=-1)
     collapsed = lengths.min(axis=1) < COLLAPSED * radii
-    return SampledSurface(patches, control, outer, source, centres, radii, collapsed)
+    return SampledSurface(patches, control, outer, source, centres, radii, collapsed, triangular)
 
 
 def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
