@@ -23,7 +23,7 @@ from ._lane_kernels import (
 from ._polar_kernels import EDGES, RAY, metric, polar_pass, triangle
 from ._rule_kernels import SMALLEST
 
-GROUPS = 8  # groups of pairs that share one set of buffers
+BLOCKS = 32  # sets of buffers: few, as allocating them takes turns
 SELF = -1.0  # marks the pair of a point with its own element
 POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or with plain rule
 
@@ -164,7 +164,7 @@ def near_moments(
     """
     m = degree + 1
     largest = 2 * (nodes.shape[0] - 1)
-    n_blocks = (starts.size - 1 + GROUPS - 1) // GROUPS
+    n_blocks = min(BLOCKS, starts.size - 1)
     for block in prange(n_blocks):
         target, shape = np.empty(3 * LANES), np.empty(shapes.shape[1] * LANES)
         s, ws, t, wt = (

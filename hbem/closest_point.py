@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
 from scipy.spatial import cKDTree
 
 from . import _near_kernels as kernels
@@ -118,7 +119,9 @@ def _candidates(
     """
     pieces, n = surface.pieces, surface.patches.n_elements
     reach = (1.0 + near_ball) * surface.radii[pieces.elements]
-    hits = cKDTree(x).query_ball_point(pieces.centres, 1.0000001 * reach, return_sorted=False)
+    hits = cKDTree(x).query_ball_point(
+        pieces.centres, 1.0000001 * reach, return_sorted=False, workers=get_num_threads()
+    )
     counts = np.fromiter((len(h) for h in hits), np.int64, len(hits))
     points = np.concatenate([np.asarray(h, np.int64) for h in hits])
     which = np.repeat(np.arange(counts.size), counts)

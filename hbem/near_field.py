@@ -19,7 +19,7 @@ from .patches import tensor_bernstein
 from .quadrature import QuadratureOrders
 from .sampling import PointSet, SampledSurface
 
-CHUNK_BYTES = 64e6  # moments held at a time
+CHUNK_BYTES = 16e6  # moments held at a time: fresh memory costs more than shorter chunks
 FULL = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # six components to a 3x3 block
 
 
