@@ -33,15 +33,13 @@ class CompressedSingleLayer(SingleLayer):
     ----------
     plain : Compressed
         ``(W B)^T G (W B)``; its ``statistics`` tell error, ranks, bytes and seconds.
-    error_gap : float
-        Measured on gap-opposed densities, relative to ``|A x|``.
+    error_gap, error_traction : float
+        Measured on gap-opposed densities and on a solved traction, relative to ``|A x|``.
     """
 
-    def __init__(
-        self, surface: SampledSurface, near: NearField, plain: Compressed, error_gap: float = np.nan
-    ):
+    def __init__(self, surface: SampledSurface, near: NearField, plain: Compressed):
         super().__init__(surface, near)
-        self.plain, self.error_gap = plain, error_gap
+        self.plain, self.error_gap, self.error_traction = plain, np.nan, np.nan
 
     def dense(self) -> np.ndarray:
         return dense_matrix(self.surface, self.near)
@@ -57,16 +55,44 @@ class CompressedSingleLayer(SingleLayer):
         difference = (self.plain.apply(density[:, :, None])[items] - exact)[:, :, 0]
         return float(np.linalg.norm(difference) / np.linalg.norm(whole))
 
+    def measure_on(self, traction: np.ndarray, expected: float) -> None:
+        """Measure ``error_traction`` on a solved traction ``(n_dofs, 3)``; warn above expected."""
+        self.error_traction = self.error_on(traction)
+        if self.error_traction > expected:
+            self._warn("the traction", self.error_traction, expected)
+
+    def measure_gap(self, expected: float, seed: int) -> None:
+        """Measure ``error_gap``; warn above expected."""
+        self.error_gap = self.error_on(gap_opposed(self.surface), seed)
+        if self.error_gap > expected:
+            self._warn("gap-opposed densities", self.error_gap, expected)
+
+    def _warn(self, where: str, error: float, expected: float) -> None:
+        message = (
+            f"error on {where} {error:.1e}, expected at most {expected:.1e}: less accurate than "
+            "asked in the gap"
+        )
+        log.warning(message)
+        s = self.plain.statistics
+        self.plain.statistics = replace(s, note="; ".join(filter(None, [s.note, message])))
+
     def statistics(self) -> dict[str, float | int | str]:
         """Everything measured, for run records."""
-        return {**self.plain.statistics.record(), "error_gap": self.error_gap}
+        return {
+            **self.plain.statistics.record(),
+            "error_gap": self.error_gap,
+            "error_traction": self.error_traction,
+        }
 
     def __getitem__(self, key: object) -> None:
         self.plain[key]
 
     def __repr__(self) -> str:
         near = f"{self.near.nbytes / 1e6:.1f} MB near correction"
-        return f"{self.plain!r}\n  gap-opposed: {self.error_gap:.1e} of |A x|; {near}"
+        cancelling = f"gap-opposed: {self.error_gap:.1e} of |A x|"
+        if self.error_traction == self.error_traction:
+            cancelling += f", last traction: {self.error_traction:.1e}"
+        return f"{self.plain!r}\n  {cancelling}; {near}"
 
 
 def _exact(
@@ -100,16 +126,7 @@ def compressed_single_layer(
         points, basis, options["test"] = _joined(surface)
     plain = METHODS[compression.method](points, compression.tolerance, basis=basis, **options)
     layer = CompressedSingleLayer(surface, near, plain)
-    layer.error_gap = layer.error_on(gap_opposed(surface), compression.seed)
-    if layer.error_gap > compression.expected_gap_error:
-        message = (
-            f"error on gap-opposed densities {layer.error_gap:.1e}, expected at most "
-            f"{compression.expected_gap_error:.1e}: less accurate than asked in the gap"
-        )
-        log.warning(message)
-        plain.statistics = replace(
-            plain.statistics, note="; ".join(filter(None, [plain.statistics.note, message]))
-        )
+    layer.measure_gap(compression.expected_gap_error, compression.seed)
     return layer
 
 

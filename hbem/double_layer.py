@@ -66,7 +66,7 @@ class DoubleLayer(LinearOperator):
             return self._matrix @ x
         surface = self.surface
         x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
-        far, _ = plain_sums(surface, surface.outer.points, _at(surface.source_basis, x))
+        far = plain_sums(surface, _at(surface.source_basis, x))
         own = np.einsum("pik,pkc->pic", _matrices(self.defect), _at(surface.basis, x))
         rest = (far - own).reshape(own.shape[0], -1)
         y = self.near.apply(x) + surface.project(rest).reshape(x.shape)
@@ -77,7 +77,7 @@ def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLay
     """Assemble the near field of the double layer on a sampled surface."""
     n = surface.outer.points.shape[0]
     pairs = outer_pairs(surface, orders, slice(0, n))
-    _, defect = plain_sums(surface, surface.outer.points, None)
+    defect = plain_kernel(surface)
     defect[:, [0, 3, 5]] += 0.5
     start = 0
 
@@ -92,34 +92,35 @@ def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLay
     return DoubleLayer(surface, assemble(surface, pairs, moments), defect)
 
 
-def plain_sums(
-    surface: SampledSurface, targets: np.ndarray, values: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Plain double-layer sums at targets, coincident points skipped.
+def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
+    """Plain double-layer sums at the outer points, coincident points skipped.
 
     Parameters
     ----------
     surface : SampledSurface
-    targets : (n, 3) array
-    values : (n_source_points, 3, k) array or None
+    values : (n_source_points, 3, k) array
         Densities at the source points.
 
     Returns
     -------
-    (n, 3, k) array, (n, 6) array
-        Sums, and those of the kernel itself.
+    (n_points, 3, k) array
     """
-    source = surface.source
-    values = np.empty((source.points.shape[0], 3, 0)) if values is None else values
-    x, strengths = padded(targets), np.ascontiguousarray(np.swapaxes(values, 1, 2))
+    source, outer = surface.source, surface.outer
+    x, strengths = padded(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
-    total = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.double_sums(x, source.points, normals, strengths, coincidence(surface), out, total)
-    n = targets.shape[0]
+    kernels.double_sums(x, source.points, normals, strengths, coincidence(surface), out)
     shape = (x.shape[0] * kernels.BLOCK, 3, strengths.shape[1])
-    sums = out.transpose(0, 3, 2, 1).reshape(shape)[:n]
-    return sums, total.transpose(0, 2, 1).reshape(-1, 6)[:n].copy()
+    return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.points.shape[0]]
+
+
+def plain_kernel(surface: SampledSurface) -> np.ndarray:
+    """Plain sums of the kernel itself at the outer points, ``(n_points, 6)``."""
+    source, x = surface.source, padded(surface.outer.points)
+    out = np.empty((x.shape[0], 6, kernels.BLOCK))
+    normals = source.weights[:, None] * source.normals
+    kernels.kernel_sums(x, source.points, normals, coincidence(surface), out)
+    return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.points.shape[0]].copy()
 
 
 def _at(basis, x: np.ndarray) -> np.ndarray:

@@ -147,15 +147,19 @@ class EnclosedStokes:
         """Figures of the latest compressed operator, and the worst errors so far."""
         return {}
 
-    def _note(self, layer: SingleLayer) -> None:
+    def note(self, layer: SingleLayer, traction: np.ndarray | None = None) -> None:
+        """Keep the figures of a compressed operator, and its error on a traction just solved."""
         if self.compression is None:
             return
+        if traction is not None:
+            layer.measure_on(traction, self.compression.expected_gap_error)
+        found = layer.statistics()
         worst = {
-            f"worst_{name}": max(value, self.statistics.get(f"worst_{name}", 0.0))
-            for name in ("achieved", "error_gap")
-            if (value := layer.statistics()[name]) == value
+            f"worst_{name}": max(found[name], self.statistics.get(f"worst_{name}", 0.0))
+            for name in ("achieved", "error_gap", "error_traction")
+            if found[name] == found[name]
         }
-        self.statistics.update(layer.statistics() | worst)
+        self.statistics.update(found | worst)
 
     def reset(self) -> None:
         """Forget what is kept between geometries; runs do so at checkpoints."""
@@ -170,7 +174,7 @@ class EnclosedStokes:
             storage=self.storage,
             compression=self.compression,
         )
-        self._note(layer)
+        self.note(layer)
         return EnclosedOperator(self, layer)
 
 
@@ -285,8 +289,12 @@ class EnclosedOperator:
         solved: SaddleSolution = self.system.solve(self.right_hand_side(data.ravel()))
         if solved.iterations:
             self.model.store.note(solved.iterations)
+        coefficients = solved.solution.reshape(-1, 3)
+        if "_measured" not in self.__dict__:  # once for each geometry
+            self.__dict__["_measured"] = True
+            self.model.note(self.layer, coefficients)
         return Traction(
-            solved.solution.reshape(-1, 3),
+            coefficients,
             float(solved.zeta),
             self.flux(velocity),
             float(np.linalg.norm(self.boundary_velocity(velocity), axis=1).max()),

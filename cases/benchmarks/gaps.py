@@ -79,9 +79,10 @@ def squeeze_rows(quick: bool) -> Iterator[Row]:
     At finite gaps: rounded rims shorten the film (Reynolds' equation on the true gap) and the flow
     outside the film adds O(h / a).
     """
-    for h in (0.1, 0.03) if quick else (0.3, 0.1, 0.03, 0.01):
+    coarse, finer = (14, 8 if quick else 10), ((20, 12), (26, 14))
+    meshes = [(h, *coarse) for h in ((0.1, 0.03) if quick else (0.3, 0.1, 0.03, 0.01))]
+    for h, n_s, n_t in meshes if quick else [*meshes, *((0.01, *m) for m in finer)]:
         start = time.perf_counter()
-        n_s, n_t = (14, 8) if quick else (20, 12) if h < 0.02 else (14, 10)
         upper = disc(n_s, n_t, 0.5 * h + RIM)
         lower = disc(n_s, n_t, -0.5 * h - RIM)
         flow = StokesFlow(union(upper, lower), orders=replace(RULES[-1][0], radial=14, angular=16))
@@ -92,6 +93,7 @@ def squeeze_rows(quick: bool) -> Iterator[Row]:
         yield {
             "case": "squeeze film",
             "h/a": h,
+            "mesh": f"{n_s}x{n_t}",
             "unknowns": 3 * flow.patches.n_dofs,
             "force / film": force / film,
             "force / flat": force / flat,

@@ -13,11 +13,13 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from hbem.closest_point import near_pairs, outer_pairs
+from hbem.double_layer import double_layer
 from hbem.near import Layer, near_moments
 from hbem.near_field import near_field
 from hbem.patches import BezierPatches, tensor_bernstein, tensor_bernstein_gradient
 from hbem.quadrature import QuadratureOrders, gauss_square
 from hbem.sampling import SampledSurface, sample
+from hbem.single_layer import single_layer
 from hbem.triangles import quadrilaterals, triangle_index
 
 from ..geometry.bodies import fitted, torus
@@ -29,7 +31,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 def run(quick: bool) -> list[Row]:
     """All rows of this file."""
-    return [*near_rows(quick), *triangle_rows(quick), *speed_rows(quick)]
+    return [*near_rows(quick), *triangle_rows(quick), *speed_rows(quick), *action_rows(quick)]
 
 
 def subdivided(
@@ -249,6 +251,25 @@ def speed_rows(quick: bool) -> list[Row]:
                         "reference": "-",
                     }
                 )
+    return rows
+
+
+def action_rows(quick: bool) -> list[Row]:
+    """K applied to a known velocity beside V applied to a traction, at equal points."""
+    rows = []
+    for n in (20,) if quick else (20, 40):
+        body = fitted(torus(n, n))
+        single = single_layer(body, body.coefficients, storage="direct")
+        double = double_layer(single.surface, QuadratureOrders())
+        x = np.random.default_rng(0).standard_normal(single.shape[0])
+        v, k = _best(lambda a=single, x=x: a @ x, 5), _best(lambda a=double, x=x: a @ x, 5)
+        rows.append(
+            {
+                "case": "action of K", "elements": n * n, "seconds": k, "peer": "action of V",
+                "peer_seconds": v, "ratio": k / v, "error": double.gauss_error,
+                "error_kind": "defect of the Gauss identity", "reference": "-",
+            }
+        )  # fmt: skip
     return rows
 
 

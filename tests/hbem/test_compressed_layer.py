@@ -47,6 +47,25 @@ def test_gap_opposed_error_is_the_true_one():
     assert compressed.error_gap == pytest.approx(true, rel=0.7)
 
 
+def test_error_on_the_last_traction(caplog):
+    """Measured after a solve like that on gap-opposed densities; above the forecast it warns."""
+    compressed, dense = layers(round_bag(20, gap=0.05), "aca", 1e-3)
+    surface = compressed.surface
+    rhs = surface.project(surface.outer.points * [1.0, 1.0, -2.0]).ravel()
+    system = IterativeSaddle(compressed, surface.constraint, surface.mass, tolerance=1e-6)
+    tau = system.solve(rhs).solution
+    exact = dense @ tau
+    true = np.linalg.norm(compressed @ tau - exact) / np.linalg.norm(exact)
+    assert "last traction" not in repr(compressed)
+    compressed.measure_on(tau.reshape(-1, 3), 1.0)
+    assert compressed.error_traction == pytest.approx(true, rel=0.7)
+    assert "last traction" in repr(compressed)
+    assert not caplog.records
+    compressed.measure_on(tau.reshape(-1, 3), 0.1 * true)
+    assert "error on the traction" in caplog.text
+    assert "error on the traction" in compressed.statistics()["note"]
+
+
 def test_different_source_points():
     """H2 takes two sets of points; ACA says that it does not."""
     orders = QuadratureOrders(outer=2, far=3)
