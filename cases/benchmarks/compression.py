@@ -2,29 +2,25 @@
 
 Rows: N points on a sphere and on a stack of ten flat layers with gaps of 0.01 at 1e-3 and 1e-6:
 build, apply, bytes, measured error; FMM3D (its wheel is a generic x86-64 build: a native one
-is faster) and the direct sum in the same run. Then Galerkin operators of disc bags: near
-field, compression, preconditioner and GMRES apart, against dense where dense fits.
+is faster) and the direct sum in the same run, all on one thread; ``threads ratio`` is one
+thread's application over that of all. Then Galerkin operators of bags: `compressed_bags`.
 """
 
 from __future__ import annotations
 
-import resource
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 
 from hbem.compressed import Compressed, PointKernel, direct
-from hbem.compression import Compression
 from hbem.h2matrix import h2matrix
 from hbem.hmatrix import forecast_points, hmatrix
-from hbem.krylov import IterativeSaddle, SaddleSystem
-from hbem.preconditioner import two_level_schwarz
-from hbem.single_layer import SingleLayer, single_layer
 
-from ..geometry.pillow import round_bag
+from . import compressed_bags
 
 TOLERANCES = (1e-3, 1e-6)
 MEMORY = 3.0e9  # bytes an operator of this benchmark may take
@@ -89,7 +85,8 @@ def _fmm_row(cloud: str, points: np.ndarray, tolerance: float) -> dict[str, Any]
     n = points.shape[0]
     f, x = np.random.default_rng(1).standard_normal((3, n)), np.ascontiguousarray(points.T)
     seconds, found = _timed(
-        lambda: fmm3dpy.stfmm3d(eps=tolerance, sources=x, stoklet=f, ifppreg=1), 2
+        lambda: fmm3dpy.stfmm3d(eps=tolerance, sources=x, stoklet=f, ifppreg=1),
+        2 if n < 200_000 else 1,
     )
     some = np.random.default_rng(0).permutation(n)[:200]
     exact = direct(PointKernel(points), None).exact_rows(some, f.T[:, :, None])[:, :, 0]
@@ -106,13 +103,21 @@ def _fmm_row(cloud: str, points: np.ndarray, tolerance: float) -> dict[str, Any]
 
 
 def _compressed_row(
-    cloud: str, method: str, points: np.ndarray, tolerance: float, peer: dict[str, Any]
+    cloud: str,
+    method: str,
+    points: np.ndarray,
+    tolerance: float,
+    peer: dict[str, Any],
+    threads: int,
 ) -> dict[str, Any]:
     began = time.perf_counter()
     operator: Compressed = BUILDERS[method](points, tolerance)
     total = time.perf_counter() - began
     x = np.random.default_rng(1).standard_normal((points.shape[0], 3, 1))
     seconds, _ = _timed(lambda: operator.apply(x))
+    numba.set_num_threads(threads)
+    together, _ = _timed(lambda: operator.apply(x))
+    numba.set_num_threads(1)
     s = operator.statistics
     return {
         "case": f"{cloud}, {method}",
@@ -126,6 +131,7 @@ def _compressed_row(
         "rank": s.rank_mean,
         "rank max": s.rank_max,
         "ratio": peer["seconds"] / seconds,
+        "threads ratio": seconds / together,
         "build/peer": s.build_seconds / peer["seconds"],
         "peer": peer["case"].split(", ")[1],
         "reference": "exact rows, random and constant densities",
@@ -133,7 +139,8 @@ def _compressed_row(
     }
 
 
-def _point_rows(sizes: tuple[int, ...]) -> Iterator[dict[str, Any]]:
+def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]]:
+    first: dict[tuple[str, float], float] = {}  # bytes an unknown of the smallest cloud
     for cloud, make in CLOUDS.items():
         for n in sizes:
             points = make(n)
@@ -146,102 +153,24 @@ def _point_rows(sizes: tuple[int, ...]) -> Iterator[dict[str, Any]]:
                 for method in BUILDERS:
                     if method == "aca" and forecast_points(points, tolerance) > MEMORY:
                         continue  # more memory than the benchmark may take; h2 has a row
-                    yield _compressed_row(cloud, method, points, tolerance, peer or exact)
-
-
-def _bag_row(n_s: int, gap: float, compression: Compression | None) -> dict[str, Any]:
-    """One fluid solve of a disc bag: assembly, preconditioner, GMRES to 1e-6."""
-    bag = round_bag(n_s, gap=gap)
-    began = time.perf_counter()
-    layer = single_layer(bag.surface, bag.coefficients, storage="direct", compression=compression)
-    assembled = time.perf_counter() - began
-    solved, system, parts = fluid_solve(layer)
-    row = {
-        "case": f"bag, gap/extent {gap:g}, {compression.method if compression else 'direct'}",
-        "seconds": assembled + parts["preconditioner"] + parts["gmres"],
-        "error": np.nan,
-        "unknowns": layer.shape[0],
-        "tolerance": compression.tolerance if compression else 0.0,
-    }
-    if compression is not None:
-        s = layer.plain.statistics
-        row |= {
-            "near": assembled - s.build_seconds,
-            "build": s.build_seconds,
-            "apply": s.apply_seconds,
-            "bytes/unknown": s.bytes_per_unknown,
-            "error random": s.achieved,
-            "error gap-opposed": layer.error_gap,
-        }
-    reference, what = traction_error(layer, solved, system)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    return row | parts | {"error": reference, "reference": what, "peak GB so far": peak}
-
-
-def fluid_solve(layer: SingleLayer) -> tuple[Any, IterativeSaddle, dict[str, float]]:
-    """Traction of a bag whose sheets approach each other at a velocity linear in position."""
-    surface = layer.surface
-    scale = SaddleSystem(layer, surface.constraint, surface.mass)
-    began = time.perf_counter()
-    schwarz = two_level_schwarz(scale)
-    middle = time.perf_counter()
-    system = IterativeSaddle(
-        layer, surface.constraint, surface.mass, tolerance=1e-6, preconditioner=lambda _: schwarz
-    )
-    x = surface.outer.points
-    solved = system.solve(surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel())
-    parts = {
-        "preconditioner": middle - began,
-        "gmres": time.perf_counter() - middle,
-        "iterations": solved.iterations,
-        "residual": solved.residual,
-    }
-    return solved, system, parts
-
-
-def traction_error(layer: SingleLayer, solved: Any, system: IterativeSaddle) -> tuple[float, str]:
-    """Traction error from compression and Krylov: a step of refinement with exact sums."""
-    surface = layer.surface
-    exact = single_layer_direct(layer)
-    x = surface.outer.points
-    rhs = surface.project(np.c_[x[:, 0], x[:, 1], -2.0 * x[:, 2]]).ravel()
-    full = SaddleSystem(exact, surface.constraint, surface.mass)
-    zeta = np.atleast_1d(solved.zeta) / full.scale
-    residual = full.extend(rhs) - full.apply(np.concatenate([solved.solution, zeta]))
-    correction = system.solve(residual[: full.n])
-    mass = surface.mass
-
-    def norm(v: np.ndarray) -> float:
-        v = v.reshape(-1, 3)
-        return float(np.sqrt(np.sum(v * (mass @ v))))
-
-    error = norm(correction.solution) / norm(solved.solution)
-    return error, "traction, L2: correction by one exact residual"
-
-
-def single_layer_direct(layer: SingleLayer) -> SingleLayer:
-    """The same operator by direct sums."""
-    from hbem.single_layer import DirectSingleLayer
-
-    return DirectSingleLayer(layer.surface, layer.near)
+                    row = _compressed_row(cloud, method, points, tolerance, peer or exact, threads)
+                    growth = first.setdefault((row["case"], tolerance), row["bytes/unknown"])
+                    yield row | {"growth": row["bytes/unknown"] / growth}
 
 
 def run(quick: bool) -> list[dict[str, Any]]:
     """Rows of the benchmark; ``quick`` takes the smallest sizes."""
+    threads = numba.get_num_threads()
     for build in BUILDERS.values():  # compiles the kernels
         for tolerance in TOLERANCES:
             build(sphere(2000), tolerance)
-    rows = list(_point_rows((10_000,) if quick else (10_000, 30_000, 100_000)))
-    h2, aca = (Compression(m, t) for m, t in (("h2", 1e-3), ("aca", 5e-5)))
-    _bag_row(16, 0.05, h2), _bag_row(16, 0.05, aca)
-    bags = [(44, 0.05)] if quick else [(44, 0.05), (44, 0.01), (84, 0.05), (84, 0.01), (102, 0.01)]
-    for n_s, gap in bags:
-        tolerances = {0.05: (1e-3, 5e-5), 0.01: (1e-4, 1e-6)}[gap]
-        for method, tolerance in zip(("h2", "aca"), tolerances, strict=True):
-            rows.append(_bag_row(n_s, gap, Compression(method, tolerance)))
-    if not quick:
-        rows.append(_bag_row(260, 0.05, h2))
-    return rows
+    numba.set_num_threads(1)
+    try:
+        sizes = (10_000,) if quick else (10_000, 30_000, 100_000, 300_000)
+        rows = list(_point_rows(sizes, threads))
+    finally:
+        numba.set_num_threads(threads)
+    return [*rows, *compressed_bags.rows(quick)]
 
 
 def draw(rows: list[dict[str, Any]], path: Path) -> None:
