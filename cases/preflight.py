@@ -20,10 +20,12 @@ from .geometry import initial_bag
 from .geometry.bag import Bag
 from .geometry.folded import FoldedBag
 from .geometry.inspection import inspect, strain_energy
+from .machine import memory_bytes
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
 GIGABYTE = 2.0**30
+MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
 # Measured: partitioned schemes converge up to these contractions.
 LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
 REFERENCES = {
@@ -72,10 +74,12 @@ def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
     """Orders of the budget, or those that the scene insists on."""
     f = scene.fluid
     radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
+    far = max(3, f.outer_points, asked.orders.far)
     return replace(
         asked.orders,
-        outer=f.outer_points,
-        far=max(3, f.outer_points, asked.orders.far),
+        # cross approximation needs one set of points
+        outer=far if f.compression == "aca" else f.outer_points,
+        far=far,
         radial=radial,
         angular=angular,
         near_ball=f.near_ball,
@@ -95,6 +99,7 @@ def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
         n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
         n_outer=elements * orders.outer**2,
         n_source=elements * orders.source**2,
+        memory=MEMORY_SHARE * memory_bytes() or None,
         seed=scene.output.seed,
     )
 

@@ -24,7 +24,7 @@ from .krylov import SaddleSystem
 from .sampling import SampledSurface
 
 COARSE = 7  # densities a cluster
-LARGEST_COARSE = 2000  # unknowns of the coarse level; clusters grow beyond
+LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class SchwarzOptions:
     Parameters
     ----------
     own : int
-        Density functions a cluster; grows so that the coarse level stays below 2000 unknowns.
+        Density functions a cluster. Those of the coarse level are as large as 2000 coarse unknowns
+        need; patches around larger clusters would cost more than the iterations they save.
     overlap : float
         Reach of a patch around its cluster, in square roots of the area of a function.
 
@@ -51,8 +52,8 @@ class SchwarzOptions:
         if self.own < 1 or self.overlap < 0.0:
             raise ValueError(f"need own >= 1 and overlap >= 0, got {self.own}, {self.overlap}")
 
-    def cluster_size(self, n_functions: int) -> int:
-        """Functions a cluster for a surface of this size."""
+    def coarse_size(self, n_functions: int) -> int:
+        """Functions a cluster of the coarse level for a surface of this size."""
         return max(self.own, -(-COARSE * n_functions // LARGEST_COARSE))
 
 
@@ -183,13 +184,15 @@ def two_level_schwarz(
     """
     options = SchwarzOptions() if options is None else options
     functions = Functions.of(system.operator.surface)
-    clusters = bisect(functions.positions, options.cluster_size(functions.sizes.size))
+    clusters = bisect(functions.positions, options.own)
     around = patches_around(functions, clusters, options.overlap)
     start = time.perf_counter()
     blocks = system.operator.blocks(around)
     inverses = [_own_rows(b, 3 * own.size) for own, b in zip(clusters, blocks, strict=True)]
     middle = time.perf_counter()
-    coarse = coarse_space(functions, clusters)
+    size = options.coarse_size(functions.sizes.size)
+    wide = clusters if size == options.own else bisect(functions.positions, size)
+    coarse = coarse_space(functions, wide)
     image, factors = _coarse_level(system, coarse)
     return TwoLevelSchwarz(
         [vector_dofs(c) for c in clusters],
