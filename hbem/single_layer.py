@@ -61,7 +61,7 @@ class SingleLayer(LinearOperator):
         return ExactBlocks(self.surface, self.near).many(patches)
 
     def image(self, coarse: CoarseSpace) -> np.ndarray:
-        """Product with all coarse densities, to about 1e-5: ``(3 n_dofs, k)``."""
+        """Product with all coarse densities, to about 1e-3: ``(3 n_dofs, k)``."""
         return coarse_image(self.surface, self.near, coarse)
 
     def _matvec(self, x: np.ndarray) -> np.ndarray:

