@@ -19,8 +19,8 @@ from .near_field import NearField
 from .point_sums import single_layer_sums
 from .sampling import SampledSurface
 
-# Coarse: a preconditioner needs no more. 5 nodes at separation 0.7 (errors of 1e-5) save at most two
-# of 17 iterations and take 1.6 times as long.
+# A preconditioner needs no more. 5 nodes at separation 0.7 (errors of 1e-5) save at most two of 17
+# iterations and take 1.6 times as long.
 NODES = 3  # Chebyshev nodes along the longest side of a box
 SEPARATION = 0.0  # gap of the balls around two boxes, in sums of radii, from which they are far
 

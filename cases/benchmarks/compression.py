@@ -158,8 +158,8 @@ def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]
                     yield row | {"growth": row["bytes/unknown"] / growth}
 
 
-def run(quick: bool) -> list[dict[str, Any]]:
-    """Rows of the benchmark; ``quick`` takes the smallest sizes."""
+def run(quick: bool) -> Iterator[dict[str, Any]]:
+    """Rows of the benchmark, as they come; ``quick`` takes the smallest sizes."""
     threads = numba.get_num_threads()
     for build in BUILDERS.values():  # compiles the kernels
         for tolerance in TOLERANCES:
@@ -167,10 +167,10 @@ def run(quick: bool) -> list[dict[str, Any]]:
     numba.set_num_threads(1)
     try:
         sizes = (10_000,) if quick else (10_000, 30_000, 100_000, 300_000)
-        rows = list(_point_rows(sizes, threads))
+        yield from _point_rows(sizes, threads)
     finally:
         numba.set_num_threads(threads)
-    return [*rows, *compressed_bags.rows(quick)]
+    yield from compressed_bags.rows(quick)
 
 
 def draw(rows: list[dict[str, Any]], path: Path) -> None:

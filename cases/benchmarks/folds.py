@@ -120,14 +120,16 @@ def _growth(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
         }
 
 
-def run(quick: bool) -> list[dict[str, Any]]:
-    """Rows of the ladder; ``quick`` stops at four folds."""
+def run(quick: bool) -> Iterator[dict[str, Any]]:
+    """Rows of the ladder, as they come; ``quick`` stops at four folds."""
     compression = Compression("h2", TOLERANCE)
     _row(1, compression)  # compiles the kernels
-    rows, beside = [], []
+    rows = []
     for folds in (2, 4) if quick else (2, 4, 8, 16):
         row, layer, solved = _row(folds, compression)
         rows.append(row)
+        yield row
         if row["unknowns"] <= DENSE:
-            beside.append(_dense_row(folds, layer, solved))
-    return [*rows, *beside, *_growth(rows)]
+            yield _dense_row(folds, layer, solved)
+        del layer, solved
+    yield from _growth(rows)

@@ -25,22 +25,32 @@ HIDDEN = ("gflop", "pairs")  # seconds in units of the calibration: in the JSON 
 
 
 def execute(name: str, module: str, quick: bool, file: Path | None = None) -> list[Row]:
-    """Run one benchmark, print its table and write JSON if a file is given."""
+    """Run one benchmark, print its table and write JSON if a file is given.
+
+    The file is valid from the first row on: it is written anew after each row of a benchmark that
+    yields them one by one.
+    """
     benchmark = import_module(module)
     speed = calibrate(getattr(benchmark, "pairs", None))
-    rows = calibrated(benchmark.run(quick), speed)
-    draw = getattr(benchmark, "draw", None)
+    rows: list[Row] = []
     report = {"benchmark": name, "machine": {**machine(), **versions(), **speed}, "rows": rows}
+    for row in benchmark.run(quick):
+        rows += calibrated([row], speed)
+        if file is not None:
+            _write(report, file)
     show(name, rows, speed)
-    if file is not None:
-        with replacing(file) as stream:
-            json.dump(report, stream, indent=2, default=_plain)
-            stream.write("\n")
-        if draw is not None:
-            picture = file.with_suffix(".png")
-            draw(rows, picture)
-            print(f"picture: {picture}")
+    draw = getattr(benchmark, "draw", None)
+    if file is not None and draw is not None:
+        picture = file.with_suffix(".png")
+        draw(rows, picture)
+        print(f"picture: {picture}")
     return rows
+
+
+def _write(report: Mapping[str, Any], file: Path) -> None:
+    with replacing(file) as stream:
+        json.dump(report, stream, indent=2, default=_plain)
+        stream.write("\n")
 
 
 def calibrate(pairs: Callable[[], int] | None = None, size: int = 1000) -> dict[str, float]:

@@ -7,7 +7,7 @@ Roof in three formulations [T tab. 6.1], locking, H2 rates (`shell_roof`); large
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from shells.dynamics import ShellStructure
@@ -57,8 +57,8 @@ def sphere_rows() -> list[Row]:
     return rows
 
 
-def run(quick: bool) -> list[Row]:
-    """Rows of the benchmark; ``quick`` takes coarse meshes."""
+def run(quick: bool) -> Iterator[Row]:
+    """Rows of the benchmark, as they come; ``quick`` takes coarse meshes."""
     parts: list[Callable[[], list[Row]]] = [
         lambda: formulation_rows(32 if quick else 64),
         lambda: locking_rows((16,) if quick else (16, 32), 24 if quick else 48),
@@ -70,4 +70,4 @@ def run(quick: bool) -> list[Row]:
         lambda: reuse_rows((16,) if quick else (16, 32, 64)),
     ]
     roof(8, 2)  # compiles the kernels
-    return [row for part in parts for row in part()]
+    return (row for part in parts for row in part())

@@ -198,6 +198,18 @@ def test_benchmark_rows_are_calibrated(tmp_path, monkeypatch, capsys):
         report.calibrated([{"case": "a", "seconds": 1.0}], {"dgemm_gflops": 1.0})
 
 
+def test_a_broken_benchmark_leaves_its_rows(tmp_path, monkeypatch):
+    def run(quick):
+        yield {"case": "a", "seconds": 2.0, "error": 1e-3}
+        raise RuntimeError("broken off")
+
+    monkeypatch.setitem(sys.modules, "toy_benchmark", SimpleNamespace(run=run))
+    file = tmp_path / "rows.json"
+    with pytest.raises(RuntimeError, match="broken off"):
+        report.execute("toy", "toy_benchmark", True, file)
+    assert [row["case"] for row in json.loads(file.read_text())["rows"]] == ["a"]
+
+
 @pytest.mark.parametrize("arguments", ["--help", "list", "check missing.toml"])
 def test_light_commands_stay_light(arguments):
     code = f"""
