@@ -20,5 +20,5 @@ def run(quick: bool) -> list[Row]:
     inflation, pancake = planar_runs.pancake(quick)
     folding, fold = planar_runs.fold(quick)
     rows += inflation + planar_runs.deflation_rows(quick) + folding
-    rows += planar_runs.contact_rows(quick) + planar_convergence.folded(quick)
+    rows += planar_runs.potential_rows(quick) + planar_convergence.folded(quick)
     return rows + planar_models.rows(quick, pancake, fold)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from .planar_layers import Row
 from .planar_runs import Run, simulate, volume_error
@@ -83,22 +84,29 @@ def shares(run: Run, ratio: float) -> np.ndarray:
     return (now - start) / (now - start).sum()
 
 
+def height(run: Run, ratio: float) -> float:
+    """Of the membrane's middle over its ends at the inlet, when V/V0 is ``ratio``."""
+    c, nodes = at_volume(run, ratio), run.structure.shell.basis.nodes
+    middle = CubicHermiteSpline(nodes, c[::2], c[1::2])(0.5 * nodes[-1])
+    return float(middle[1] - c[0, 1])
+
+
 def bulge_rows(stokes: Run, uniform: Run, ratios: Sequence[float], label: str) -> list[Row]:
-    """Height of the top and share of the new volume in the middle, at equal volumes."""
+    """Height over the inlet and share of the new volume in the middle, at equal volumes."""
     rows = []
     for ratio in ratios:
-        tops = [float(at_volume(run, ratio)[::2, 1].max()) for run in (stokes, uniform)]
+        heights = [height(run, ratio) for run in (stokes, uniform)]
         middle = [float(shares(run, ratio)[0]) for run in (stokes, uniform)]
         rows.append(
             {
                 "case": f"{label}, V/V0 = {ratio:g}",
                 "seconds": 0.0,
-                "error": tops[0] - tops[1],
-                "error_kind": "difference of the tops",
-                "top": tops[0],
-                "top, uniform pressure": tops[1],
+                "error": heights[0] / heights[1] - 1.0,
+                "error_kind": "Stokes over uniform pressure",
+                "height": heights[0],
+                "height, uniform": heights[1],
                 "new volume in the middle": middle[0],
-                "in the middle, uniform pressure": middle[1],
+                "in the middle, uniform": middle[1],
             }
         )
     return rows
@@ -138,7 +146,7 @@ def rows(quick: bool, pancake: Run, fold: Run) -> list[Row]:
         found += bulge_rows(*small, (1.1, 1.25, 1.5, 2.0, 2.5), "width 4")
     uniform = simulate("planar-stokes-fold", *fold.overrides, UNIFORM)
     found.append(uniform.row("fold, uniform pressure", volume_error(uniform), error_kind="volume"))
-    found += fold_rows(fold, uniform, (1.01, 1.05, 1.1) if not quick else (1.0005,))
+    found += fold_rows(fold, uniform, (1.01, 1.05, 1.1) if not quick else (1.0003,))
     if not quick:
         empty = simulate("planar-stokes-deflation", UNIFORM)
         case = "deflation, uniform pressure"

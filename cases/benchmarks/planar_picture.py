@@ -27,10 +27,10 @@ def draw(rows: list[Row], path: Path) -> None:
         _gap_loads,
         _levels("4.3, h", "pancake in h [T fig. 4.3]", 2.0),
         _levels("4.3, dt", "pancake in dt [T fig. 4.3]", 1.0),
-        _levels("4.8", "fold with contact force in h [T fig. 4.8]", 2.0),
+        _fold,
         _histories(("pancake", "deflation"), "smallest gap: Stokes flow, uniform pressure"),
         _histories(("fold",), "smallest gap: folds"),
-        _tops,
+        _heights,
     )
     for axes, panel in zip(figure.subplots(3, 3).ravel(), panels, strict=True):
         panel(axes, rows)
@@ -74,7 +74,7 @@ def _functional(axes: Axes, rows: list[Row]) -> None:
 
 def _gap_loads(axes: Axes, rows: list[Row]) -> None:
     for name in ("lubrication", "Venturi"):
-        (row,) = _of(rows, f"exponent of {name}")
+        (row,) = _of(rows, name)
         heights, loads = row["_curve"]
         axes.loglog(heights, loads, "o-", label=f"{name}, exponent {row['exponent']:.3f}")
     axes.set(title="load of a squeezed gap", xlabel="half gap H", ylabel="load")
@@ -84,13 +84,26 @@ def _levels(figure: str, title: str, rate: float) -> Callable[[Axes, list[Row]],
     def panel(axes: Axes, rows: list[Row]) -> None:
         found = _of(rows, figure)
         sizes, errors = [row["_size"] for row in found], np.array([row["_errors"] for row in found])
-        names = [key for key in found[0] if key.startswith("error, ")]
-        for k, name in enumerate(names):
-            axes.loglog(sizes, errors[:, k], "o-", label=name.removeprefix("error, "))
+        for k, name in enumerate(key for key in found[0] if key.startswith("t <= ")):
+            axes.loglog(sizes, errors[:, k], "o-", label=name)
+        axes.loglog(sizes, errors[:, -1], "x:", label="position in L2")
         _slope(axes, sizes, 0.7 * errors[0].min(), rate)
         axes.set(title=title, xlabel="size over the whole", ylabel="error in L2(0, t; H2)")
 
     return panel
+
+
+def _fold(axes: Axes, rows: list[Row]) -> None:
+    for figure in dict.fromkeys(row.get("_figure", "") for row in rows):
+        if figure.startswith("4.8"):
+            found = _of(rows, figure)
+            sizes = [row["_size"] for row in found]
+            errors = np.array([row["_errors"] for row in found])
+            label = figure.removeprefix("4.8, ")
+            axes.loglog(sizes, errors[:, -2], "o-", label=f"H2, {label}")
+            axes.loglog(sizes, errors[:, -1], "x:", label=f"position, {label}")
+    _slope(axes, sizes, 0.7 * errors[0, -2], 2.0)
+    axes.set(title="folded bag, contact force, in h [T fig. 4.8]", xlabel="h/L", ylabel="error")
 
 
 def _histories(kinds: Sequence[str], title: str) -> Callable[[Axes, list[Row]], None]:
@@ -105,11 +118,11 @@ def _histories(kinds: Sequence[str], title: str) -> Callable[[Axes, list[Row]], 
     return panel
 
 
-def _tops(axes: Axes, rows: list[Row]) -> None:
+def _heights(axes: Axes, rows: list[Row]) -> None:
     for label, marker in (("width 20", "o"), ("width 4", "s")):
         found = [row for row in rows if row["case"].startswith(f"{label}, V/V0")]
-        ratios = [float(row["case"].split("= ")[1]) for row in found]
-        for key, style in (("top", "-"), ("top, uniform pressure", ":")):
+        ratios = [float(row["case"].split("= ")[1]) - 1.0 for row in found]
+        for key, style in (("height", "-"), ("height, uniform", ":")):
             values = [row[key] for row in found]
             axes.plot(ratios, values, style + marker, label=f"{label}: {key}")
-    axes.set(title="height of the top at equal volumes", xlabel="V/V0", xscale="log")
+    axes.set(title="height over the inlet at equal volumes", xlabel="V/V0 - 1", xscale="log")

@@ -73,6 +73,7 @@ def test_uniform_pressure_opens_the_ends_first():
     assert uniform.outcome.result is Result.SELF_INTERSECTION
     assert planar_models.shares(stokes, 1.03)[0] > 0.5  # new volume in the middle half
     assert planar_models.shares(uniform, 1.03)[0] < 0.0
+    assert planar_models.height(stokes, 1.03) > 1.1 * planar_models.height(uniform, 1.03)
     with pytest.raises(ValueError, match="ends at"):
         planar_models.at_volume(uniform, 1.4)
 
