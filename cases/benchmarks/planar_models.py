@@ -17,6 +17,7 @@ from .planar_runs import Run, simulate, volume_error
 
 SMALL = ("geometry.width=4", "mesh.straight=0.2", "mesh.curved=0.13")
 UNIFORM = "fluid.model=pressure"
+FINE = 8  # points of an element: chords through the nodes alone would hide small new volumes
 
 
 def volume_ratio(run: Run) -> np.ndarray:
@@ -60,6 +61,13 @@ def stations(run: Run) -> list[tuple[int, int]]:
     ]
 
 
+def curve(run: Run, coefficients: np.ndarray) -> np.ndarray:
+    """Points of the membrane, `FINE` an element."""
+    xi = np.linspace(0.0, 1.0, FINE, endpoint=False)
+    points = run.structure.shell.basis.sample(xi) @ coefficients
+    return np.concatenate([points, coefficients[-2:-1]])
+
+
 def sections(points: np.ndarray, cuts: Sequence[tuple[int, int]]) -> np.ndarray:
     """Areas of a symmetric bag's sections, from the chamber outwards; both sides together."""
     n = points.shape[0]
@@ -77,9 +85,9 @@ def area(points: np.ndarray) -> float:
 
 def shares(run: Run, ratio: float) -> np.ndarray:
     """Shares of the new volume in the sections when the whole has grown to ``ratio``."""
-    cuts = stations(run)
+    cuts = [(FINE * low, FINE * up) for low, up in stations(run)]
     start, now = (
-        sections(c[::2], cuts) for c in (run.states[0].coefficients, at_volume(run, ratio))
+        sections(curve(run, c), cuts) for c in (run.states[0].coefficients, at_volume(run, ratio))
     )
     return (now - start) / (now - start).sum()
 
