@@ -44,7 +44,12 @@ class Pieces:
         return points, np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     def nodes(self, mesh: Mesh) -> np.ndarray:
-        """Arc lengths of the nodes: every joint, or equal elements of the whole."""
+        """Arc lengths of the nodes: every joint, or equal elements of the whole; halved."""
+        coarse = self._coarse(mesh)
+        fine = np.linspace(0.0, coarse.size - 1.0, (coarse.size - 1) * 2**mesh.halvings + 1)
+        return np.interp(fine, np.arange(coarse.size), coarse)
+
+    def _coarse(self, mesh: Mesh) -> np.ndarray:
         if mesh.uniform:
             return np.linspace(0.0, self.length, mesh.uniform + 1)
         parts, start = [np.zeros(1)], 0.0

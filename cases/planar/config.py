@@ -38,13 +38,15 @@ class Geometry:
 class Mesh:
     """Largest elements on straight and on curved pieces, elements of the inlet (even).
 
-    ``uniform``: equal elements of the whole membrane instead, so many (0: none).
+    ``uniform``: equal elements of the whole membrane instead, so many (0: none). ``halvings``: of
+    every element of the membrane, for nested meshes.
     """
 
     straight: float = rule(0.4, above=0.0)
     curved: float = rule(0.2, above=0.0)
     inlet: int = rule(2, least=2, most=64)
     uniform: int = rule(0, least=0, most=4096)
+    halvings: int = rule(0, least=0, most=8)
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.protocols import Result
-from hbem.planar.polygon import crossing
+from hbem.planar.polygon import crossing, meeting
 
 
 @dataclass(frozen=True)
 class CurveCollision:
-    """Test of configurations of a closed curve, in the shape of `coupling.collision.Collision`.
-
-    Only the end of a motion is tested: within one step a wall could pass another unseen only by
-    doing so with its whole arm.
+    """Test of motions of a closed curve, in the shape of `coupling.collision.Collision`.
 
     Parameters
     ----------
@@ -30,10 +27,10 @@ class CurveCollision:
     n_inlet: int
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
-        """Why ``after`` cannot be reached from the free ``before``; None if it can."""
-        points = self.curve(after)
-        pair = crossing(points)
+        """Why ``after`` cannot be reached straight from the free ``before``; None if it can."""
+        start, end = self.curve(before), self.curve(after)
+        pair = crossing(end) or meeting(start, end)
         if pair is None:
             return None
-        inlet = max(pair) >= points.shape[0] - self.n_inlet
+        inlet = max(pair) >= end.shape[0] - self.n_inlet
         return Result.INLET_CONTACT if inlet else Result.SELF_INTERSECTION

@@ -10,6 +10,7 @@ _HOME = {
     "OuterRule": "polygon",
     "Boundary": "polygon",
     "crossing": "polygon",
+    "meeting": "polygon",
     "smallest_gap": "polygon",
     "stokes_layers": "stokes",
     "StokesSystem": "stokes",

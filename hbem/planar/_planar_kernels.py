@@ -262,29 +262,6 @@ def contact_tractions(points, gx, gw, cutoff, force):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def side(p, q, x):
-    """Twice the signed area of the triangle p, q, x."""
-    return (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def first_crossing(points):
-    """Indices of two segments of a closed polygon that cross, or (-1, -1)."""
-    n = points.shape[0]
-    for i in range(n - 2):
-        p, q = points[i], points[i + 1]
-        for j in range(i + 2, n - 1 if i == 0 else n):
-            r, s = points[j], points[(j + 1) % n]
-            if max(p[0], q[0]) < min(r[0], s[0]) or max(r[0], s[0]) < min(p[0], q[0]):
-                continue
-            if max(p[1], q[1]) < min(r[1], s[1]) or max(r[1], s[1]) < min(p[1], q[1]):
-                continue
-            if side(p, q, r) * side(p, q, s) <= 0.0 and side(r, s, p) * side(r, s, q) <= 0.0:
-                return i, j
-    return -1, -1
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
 def facing_gap(points, facing):
     """Smallest distance of segments whose normals have a cosine below ``facing``."""
     n = points.shape[0]

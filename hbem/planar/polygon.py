@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, kron
 
+from . import _crossing_kernels as crossings
 from . import _planar_kernels as kernels
 
 FACING = -0.9  # cosine between facing normals: the walls of a fold tip do not count
@@ -65,7 +66,17 @@ def tested(lengths: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def crossing(points: np.ndarray) -> tuple[int, int] | None:
     """Two segments of a closed polygon ``(n, 2)`` that cross, or None."""
-    i, j = kernels.first_crossing(np.ascontiguousarray(points, dtype=float))
+    i, j = crossings.first_crossing(np.ascontiguousarray(points, dtype=float))
+    return None if i < 0 else (i, j)
+
+
+def meeting(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
+    """A node and a segment that meet while a closed polygon's nodes move straight, or None.
+
+    Both ``(n, 2)``; exact, so that walls which pass each other within the motion are seen.
+    """
+    arrays = (np.ascontiguousarray(points, dtype=float) for points in (before, after))
+    i, j = crossings.first_meeting(*arrays)
     return None if i < 0 else (i, j)
 
 

@@ -5,7 +5,8 @@ import pytest
 from rich.console import Console
 
 from cases import loader, runs
-from cases.benchmarks import planar as bench
+from cases.benchmarks import planar_load, planar_models
+from cases.benchmarks import planar_runs as bench
 from cases.geometry.planar import pieces, planar_bag
 from cases.output.history import read_history
 from cases.planar import build
@@ -63,17 +64,27 @@ def test_stokes_pancake_bulges_first():
     assert h.column("top")[-1] > 5 * h.column("top")[0]  # the arms are still flat: local bulging
 
 
-def test_uniform_pressure_lets_walls_meet():
-    """Without lubrication the arms' walls meet early (measured: t = 159, V/V0 = 1.04)."""
-    run = bench.simulate(
-        "planar-stokes-pancake",
-        *COARSE,
-        "time.end=400",
-        "fluid.model=pressure",
-        "time.dt_floor=0.5",
+def test_uniform_pressure_opens_the_ends_first():
+    """Without lubrication the ends open, the middle closes and its walls meet at V/V0 = 1.04."""
+    stokes = bench.simulate("planar-stokes-pancake", *COARSE, "time.end=240")
+    uniform = bench.simulate(
+        "planar-stokes-pancake", *COARSE, planar_models.UNIFORM, "time.end=400", "time.dt_floor=0.5"
     )
-    assert run.outcome.result is Result.SELF_INTERSECTION
-    assert np.isnan(bench.top_at(run, 1.4))
+    assert uniform.outcome.result is Result.SELF_INTERSECTION
+    assert planar_models.shares(stokes, 1.03)[0] > 0.5  # new volume in the middle half
+    assert planar_models.shares(uniform, 1.03)[0] < 0.0
+    assert planar_models.height(stokes, 1.03) > 1.1 * planar_models.height(uniform, 1.03)
+    with pytest.raises(ValueError, match="ends at"):
+        planar_models.at_volume(uniform, 1.4)
+
+
+def test_sections_add_up():
+    run = bench.simulate("planar-stokes-fold", planar_models.UNIFORM, "time.end=25")
+    points = run.states[0].coefficients[::2]
+    parts = planar_models.sections(points, planar_models.stations(run))
+    assert parts.min() > 0.0
+    assert abs(parts.sum() / planar_models.area(points) - 1.0) < 1e-12
+    assert np.ptp(parts[1:]) < 0.15 * parts[1]  # two folds of nearly the same length
 
 
 def test_self_intersection_is_named():
@@ -95,14 +106,14 @@ def test_potential_pancake():
 
 def test_load_functional_converges_with_rate_two():
     errors, pressures = [], []
-    p, reference = bench.load_functional(256, 1)
+    p, reference = planar_load.load_functional(256, 1)
     for n in (32, 64):
-        found, load = bench.load_functional(n, 1)
+        found, load = planar_load.load_functional(n, 1)
         errors.append(abs(load - reference))
         pressures.append(np.linalg.norm(found - p))
     assert np.log2(errors[0] / errors[1]) > 1.8  # measured 1.88
     assert 0.8 < np.log2(pressures[0] / pressures[1]) < 1.4  # measured 1.1
-    assert abs(bench.load_functional(64, 2)[1]) < 1e-8 * abs(reference)  # parity
+    assert abs(planar_load.load_functional(64, 2)[1]) < 1e-8 * abs(reference)  # parity
 
 
 def test_impossible_combinations_are_named():

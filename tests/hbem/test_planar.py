@@ -6,8 +6,15 @@ import pytest
 from cases.benchmarks import planar_layers as layers
 from cases.planar import exact
 from hbem.planar.contact import ContactForce
-from hbem.planar.polygon import Boundary, OuterRule, crossing, edges, graded, smallest_gap
-from hbem.planar.potential import PlanarPotential, laplace_layers
+from hbem.planar.polygon import (
+    Boundary,
+    OuterRule,
+    crossing,
+    edges,
+    meeting,
+    smallest_gap,
+)
+from hbem.planar.potential import PlanarPotential
 from hbem.planar.stokes import PlanarStokes, StokesSystem, stokes_layers
 
 
@@ -23,28 +30,9 @@ def boundary():
 
 
 def test_self_integrals_equal_quadrature():
-    """Stokes and Laplace self blocks against double quadrature graded at x = y."""
-    a, b = np.array([0.2, 0.1]), np.array([0.7, -0.3])
-    points = np.array([a, b, [1.0, 1.0]])
-    V, K = stokes_layers(points)
-    L = np.linalg.norm(b - a)
-    t = (b - a) / L
-    x, w = graded(40)
-    block = np.zeros((2, 2))
-    # int int N_m(x) N_n(y) log 1/|x-y|: outer on [0, 1], inner graded to x from both sides
-    for xi, wi in zip(x, w, strict=True):
-        for length, sign in ((xi, -1.0), (1.0 - xi, 1.0)):
-            y = xi + sign * length * x
-            log = -np.log(length * x * L) * w * length
-            inner = np.array([log @ (1 - y), log @ y])
-            block += wi * np.outer([1 - xi, xi], inner)
-    block *= L * L
-    laplace, _ = laplace_layers(points)
-    assert np.allclose(laplace[:2, :2], block / (2 * np.pi), rtol=1e-9)
-    full = np.einsum("mn,ik->mink", block, np.eye(2))
-    full += np.einsum("mn,ik->mink", np.full((2, 2), 0.25 * L * L), np.outer(t, t))
-    assert np.allclose(V[:4, :4], full.reshape(4, 4) / (4 * np.pi), rtol=1e-9)
-    assert np.all(K[:4, :4] == 0.0)
+    stokes, potential, double = layers.self_errors()
+    assert max(stokes, potential) < 1e-9
+    assert double == 0.0
 
 
 def test_double_layer_of_constants():
@@ -163,3 +151,41 @@ def test_bad_input_is_named(boundary):
         ContactForce(0.0, 1.0)
     with pytest.raises(ValueError, match="inner node"):
         Boundary(np.arange(3.0), np.empty((0, 2)), np.empty(0))
+
+
+def test_walls_that_pass_each_other_are_seen():
+    """An arm swings past a post: both ends of the motion are free, its middle is not."""
+    start = np.array(
+        [
+            *([-1.5, -1], [1.5, -1], [1.5, 0], [0.05, 0], [0, 0.8], [-0.05, 0], [-0.9, 0]),
+            *([-0.9, 1.9], [-0.5, 0.5], [-1, 2.5], [-1.5, 0]),
+        ]
+    )
+    end = start.copy()
+    end[8] = [0.5, 0.5]
+    assert crossing(start) is None
+    assert crossing(end) is None
+    assert meeting(start, end) is not None
+    assert meeting(end, start) is not None
+    assert meeting(start, start) is None
+    beside = start.copy()
+    beside[8] = [-0.1, 0.4]
+    assert meeting(start, beside) is None
+
+
+def test_meetings_equal_those_of_small_steps():
+    """Random motions of a star: the exact test against crossings on 2000 ways between."""
+    rng = np.random.default_rng(3)
+    angle = 2.0 * np.pi * np.arange(14) / 14
+    found = 0
+    for _ in range(60):
+        radii = rng.uniform(0.3, 1.0, (2, 14))
+        start = radii[0][:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        end = radii[1][:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        end += rng.uniform(-0.35, 0.35, (14, 2))
+        sampled = any(
+            crossing((1.0 - t) * start + t * end) is not None for t in np.linspace(0, 1, 2001)
+        )
+        assert (meeting(start, end) is not None) == sampled
+        found += sampled
+    assert 10 < found < 50
