@@ -263,6 +263,8 @@ def _factory(scene: Scene) -> ModuleType:
     """What builds scenes of this kind for the one time loop."""
     if scene.kind == "planar":
         from .planar import build
+    elif scene.kind == "capsule":
+        from .capsule import build
     else:
         from . import build
     return build

@@ -81,7 +81,12 @@ class Implicit:
             operator = problem.fluid.assemble(geometry)
             damping = self._damping(operator.response())
             step = structure.step(
-                problem.state, None, problem.dt, problem.volume, damping=damping, guess=guess
+                problem.state,
+                operator.drive(),
+                problem.dt,
+                problem.volume,
+                damping=damping,
+                guess=guess,
             )
             newton += step.newton_iterations
             solves += getattr(damping, "solves", 0)

@@ -142,6 +142,9 @@ class PotentialOperator:
             load = load + self.model.contact.load(self.at)
         return load
 
+    def drive(self) -> None:
+        """No background flow loads the membrane at rest."""
+
     def response(self) -> None:
         """Refused: Bernoulli's pressure is quadratic in the velocity.
 

@@ -186,6 +186,9 @@ class StokesOperator:
         """Force ``-m <tau, rho>`` on the membrane, ``(n_coefficients, 2)`` [T 5.10c]."""
         return -self.model.mass_ratio * (self.at.testing @ traction.coefficients)
 
+    def drive(self) -> None:
+        """No background flow loads the membrane at rest."""
+
     def response(self) -> Response:
         """Velocity to load, ``2 n_coefficients`` square."""
         return Response(self)

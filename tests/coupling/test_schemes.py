@@ -59,6 +59,9 @@ class LinearFluid:
     def load(self, traction):
         return -traction.coefficients
 
+    def drive(self):
+        return None
+
     def response(self):
         operator = aslinearoperator(-self.rho * self.dt * np.eye(B.size))
         operator.dense = lambda: -self.rho * self.dt * np.eye(B.size)
