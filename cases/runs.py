@@ -253,7 +253,7 @@ def _contraction(scene: Scene, build: ModuleType, record: RunRecord, console: Co
     record.contraction(scheme.rate * scene.time.dt, measured)
     console.print(
         f"contraction rho: {scheme.rate * scene.time.dt:.3g} a priori, {measured:.3g} measured at "
-        f"the start; below {scheme.limit:g} gauss-seidel, else implicit",
+        f"the start; below {scheme.limit:g} iqn-ils, else implicit (measured again on the way)",
         markup=False,
         highlight=False,
     )

@@ -21,7 +21,11 @@ def contraction_forecast(
 
 
 def contraction_measured(
-    response: LinearOperator, inverse_tangent: LinearOperator, dt: float
+    response: LinearOperator,
+    inverse_tangent: LinearOperator,
+    dt: float,
+    *,
+    tolerance: float = 1e-4,
 ) -> float:
     """Spectral radius of ``(M/dt^2 + W'' - p Q'')^-1 R / dt`` with the volume mode removed.
 
@@ -31,6 +35,8 @@ def contraction_measured(
         Velocity to load of the assembled fluid.
     inverse_tangent : LinearOperator
         Structure's inverse tangent including its volume row (`Structure.linearised`).
+    tolerance : float
+        Relative error allowed.
     """
     n = response.shape[0]
     operator = LinearOperator(
@@ -38,10 +44,10 @@ def contraction_measured(
     )
     start = np.random.default_rng(0).standard_normal(n)
     try:
-        values = eigs(operator, k=2, v0=start, return_eigenvectors=False, tol=1e-4)
+        values = eigs(operator, k=2, v0=start, return_eigenvectors=False, tol=tolerance)
     except ArpackNoConvergence as stalled:
         values = stalled.eigenvalues
-    return float(np.abs(values).max())
+    return float(np.abs(values).max()) if values.size else float("inf")
 
 
 def starting_relaxation(requested: float, contraction: float) -> float:
