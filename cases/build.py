@@ -15,6 +15,7 @@ import numpy as np
 from coupling.contact import minimum_gap
 from coupling.implicit import StructureOnly
 from coupling.integrator import BDF2, BackwardEuler
+from coupling.kept import KeptOperators, reach
 from coupling.protocols import Recorder, State
 from coupling.stability import contraction_measured
 from coupling.step_control import StepControl
@@ -73,6 +74,14 @@ def relaxed(shell: ShellStructure, start: State) -> State:
         else:
             dt *= 0.5
     return State(0.0, state.coefficients, at_rest, state.pressure)
+
+
+def kept(scene: Scene, body: Bag) -> object | None:
+    """The fluid of a run, which keeps operators as the scene allows."""
+    model, share = fluid(scene, body), scene.coupling.frozen
+    if model is None or share == 0.0:
+        return model
+    return KeptOperators(model, reach(scene.fluid.tolerance, body.gap, share))
 
 
 def fluid(scene: Scene, body: Bag) -> object | None:
@@ -251,7 +260,7 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
 
     return Simulation(
         structure=shell,
-        fluid=fluid(scene, body),
+        fluid=kept(scene, body),
         scheme=scheme(scene),
         volume=volume,
         initial=start,
