@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,8 @@ def stress_row(case: str, folder: Path) -> dict[str, Any]:
     name, options = CASES[case]
     scene = loader.read(name, [*options, "output.picture=false"])
     began = time.process_time()
-    outcome = runs.start(scene, folder, Console(file=StringIO())).outcome
+    with redirect_stdout(StringIO()):
+        outcome = runs.start(scene, folder, Console(file=StringIO())).outcome
     columns = read_history(folder / "history.csv")
     drift = np.abs(columns["volume"] / columns["volume_prescribed"] - 1.0).max()
     return {

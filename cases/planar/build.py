@@ -32,7 +32,7 @@ from .contact import CurveCollision
 from .forecast import contraction, final_volume
 
 LAWS: Mapping[str, type[PlanarMembrane]] = {"kirchhoff-love": PlanarShell, "string": ElasticString}
-CHEAP = 20.0  # forming the response costs as much as assembling: measured break-even
+CHEAP = 10.0  # forming the response costs as much as assembling: measured break-even
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]  # points of an element in pictures and gap checks
 
 
