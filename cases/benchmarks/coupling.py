@@ -163,8 +163,8 @@ def scheme_rows(
 ) -> list[Row]:
     """Every scheme over the same time from one state.
 
-    Seconds are CPU seconds over the number of steps of length dt. A scheme that needs steps below dt / 8, or
-    more than half as many again, has failed.
+    Seconds are CPU seconds over the number of steps of length dt. A scheme that needs steps
+    below dt / 8, or more than half as many again, has failed.
     """
     rows, reference = [], None
     end = state.t + steps * dt
