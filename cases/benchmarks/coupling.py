@@ -164,11 +164,11 @@ def scheme_rows(
     """Every scheme over the same time from one state.
 
     Seconds are CPU seconds over the number of steps of length dt. A scheme that needs steps
-    below dt / 8, or more than half as many again, has failed.
+    below dt / 4, or more than half as many again, has failed.
     """
     rows, reference = [], None
     end = state.t + steps * dt
-    common = [*options, f"time.dt={dt}", f"time.end={end}", f"time.dt_floor={dt / 8}"]
+    common = [*options, f"time.dt={dt}", f"time.end={end}", f"time.dt_floor={dt / 4}"]
     common += [f"fluid.mass_ratio={m}", "time.closing=0", "coupling.frozen=0"]
     for scheme in schemes:
         free = scheme == MATRIX_FREE
@@ -244,7 +244,7 @@ def _planar(quick: bool) -> list[Row]:
             rows += [contraction_row(PLANE, [], state, m, dt) for dt in steps_of]
         for m in masses:
             for dt in steps_of:
-                rows += scheme_rows(PLANE, [], state, m, dt, 3 if quick else 8)
+                rows += scheme_rows(PLANE, [], state, m, dt, 3 if quick else 6)
     return rows
 
 
@@ -259,7 +259,7 @@ def _round(quick: bool) -> list[Row]:
     rows.append(kept_row(1.0, 10 if quick else 40))
     tested = ("implicit", MATRIX_FREE, "auto", "iqn-ils", "aitken")
     for name in () if quick else ("pancake", "pancake-20"):
-        for start in states(name, [*COMMON, "time.dt=16"], (0.0, 160.0)):
+        for start in states(name, [*COMMON, "time.dt=16"], (0.0, 160.0))[1:]:
             for m in (0.0005, 0.005, 0.05):
                 rows += scheme_rows(name, COMMON, start, m, 8.0, 6, tested)
     return rows
