@@ -10,7 +10,7 @@ from scipy.sparse.linalg import LinearOperator
 from .krylov import DenseSaddle
 
 if TYPE_CHECKING:
-    from .enclosed_flow import EnclosedOperator
+    from .enclosed_operator import EnclosedOperator
 
 
 class Response(LinearOperator):
