@@ -15,6 +15,7 @@ import numpy as np
 from coupling.contact import minimum_gap
 from coupling.implicit import StructureOnly
 from coupling.integrator import BDF2, BackwardEuler
+from coupling.kept import KeptOperators, reach
 from coupling.protocols import Recorder, State
 from coupling.stability import contraction_measured
 from coupling.step_control import StepControl
@@ -75,6 +76,14 @@ def relaxed(shell: ShellStructure, start: State) -> State:
     return State(0.0, state.coefficients, at_rest, state.pressure)
 
 
+def kept(scene: Scene, body: Bag) -> object | None:
+    """The fluid of a run, which keeps operators as the scene allows."""
+    model, share = fluid(scene, body), scene.coupling.frozen
+    if model is None or share == 0.0:
+        return model
+    return KeptOperators(model, reach(scene.fluid.tolerance, body.gap, share))
+
+
 def fluid(scene: Scene, body: Bag) -> object | None:
     """The Stokes model on membrane and patch; None for uniform pressure."""
     if scene.fluid.model == "pressure":
@@ -133,12 +142,12 @@ class Sampler:
         xi, eta = (g.ravel() for g in np.meshgrid(GAP_SAMPLES, GAP_SAMPLES, indexing="ij"))
         return [
             (part.sample(xi, eta), part.sample(xi, eta, 0), part.sample(xi, eta, 1))
-            for part in (self.body.membrane, self.body.patch)
+            for part in self.body.parts
         ]
 
-    def split(self, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Membrane and patch rows of an array ``(n_full, 3)``."""
-        return field[: self.body.n_membrane], field[self.body.n_membrane :]
+    def split(self, field: np.ndarray) -> list[np.ndarray]:
+        """Rows of each part of an array ``(n_full, 3)``."""
+        return np.split(field, np.cumsum([p.n_coefficients for p in self.body.parts])[:-1])
 
     def gap(self, coefficients: np.ndarray) -> float:
         """Smallest gap between facing parts of the bag."""
@@ -178,16 +187,17 @@ class Sampler:
         cell = np.stack([i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1], axis=1)
         points, quads, part_of, data = [], [], [], {"traction": [], "velocity": []}
         start = 0
-        tractions = self._split_density(traction)
         velocity = np.zeros_like(coefficients) if velocity is None else velocity
-        for k, part in enumerate((self.body.membrane, self.body.patch)):
+        ends = np.cumsum([part.n_dofs for part in self.body.parts])[:-1]
+        tractions = None if traction is None else np.split(traction, ends)
+        for k, part in enumerate(self.body.parts):
             sample = part.sample(xi, eta)
             points.append(sample @ self.split(coefficients)[k])
             offsets = start + np.arange(part.n_elements) * n * n
             quads.append((offsets[:, None, None] + cell).reshape(-1, 4))
             part_of.append(np.full(part.n_elements * tessellate**2, k))
             data["velocity"].append(sample @ self.split(velocity)[k])
-            if traction is not None:
+            if tractions is not None:
                 data["traction"].append(sample @ (part.density_reduction @ tractions[k]))
             start += points[-1].shape[0]
         return {
@@ -196,12 +206,6 @@ class Sampler:
             "point_data": {name: np.concatenate(v) for name, v in data.items() if v},
             "cell_data": {"part": np.concatenate(part_of)},
         }
-
-    def _split_density(self, traction: np.ndarray | None) -> tuple:
-        if traction is None:
-            return (None, None)
-        n = self.body.membrane.n_dofs
-        return traction[:n], traction[n:]
 
 
 def skipped(scene: Scene) -> list[str]:
@@ -256,7 +260,7 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
 
     return Simulation(
         structure=shell,
-        fluid=fluid(scene, body),
+        fluid=kept(scene, body),
         scheme=scheme(scene),
         volume=volume,
         initial=start,

@@ -96,6 +96,8 @@ def _check(options: argparse.Namespace) -> int:
         from .flow.forecast import forecast
     elif scene.kind == "planar":
         from .planar.forecast import forecast
+    elif scene.kind == "capsule":
+        from .capsule.forecast import forecast
     elif scene.kind == "shell":
         from .shell.forecast import forecast
     else:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 import numpy as np
-from scipy.sparse import block_diag, csr_matrix, diags
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.sparse import block_diag
 
-from coupling.certify import grid_cells, halved
 from coupling.collision import Collision
+from coupling.sampled_mesh import SampledMesh, available, grid_cells
 
 from .geometry.bag import Bag
 from .loader import SceneError
@@ -57,29 +53,14 @@ def collision(body: Bag, tessellate: int = 3, engine: str = "auto") -> Collision
     ValueError
         "ipctk" asked for and not installed.
     """
-    installed = find_spec("ipctk") is not None
-    if engine == "ipctk" and not installed:
+    if engine == "ipctk" and not available():
         raise ValueError("contact.engine: 'ipctk' needs the extra: pip install airfold[contact]")
     n = tessellate + 1
     x = np.linspace(0.0, 1.0, n)
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-    parts = (body.membrane, body.patch)
-    sample = block_diag([part.sample(xi, eta) for part in parts], format="csr")
-    group = _merged(sample @ body.coefficients)
-    average = csr_matrix((np.ones(len(group)), (group, np.arange(len(group)))))
-    average = diags(1.0 / np.asarray(average.sum(axis=1)).ravel()) @ average
-    samples = (average @ sample).tocsr()
-    cells = group[grid_cells(sum(part.n_elements for part in parts), n)]
-    triangles = halved(cells, samples @ body.coefficients)
-    proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
-    on_patch = np.repeat([0, 1], [tessellate**2 * part.n_elements for part in parts]) == 1
-    chosen = "ipctk" if engine != "bound" and installed else "bound"
-    return Collision(samples, triangles[proper], np.tile(on_patch, 2)[proper], chosen)
-
-
-def _merged(points: np.ndarray) -> np.ndarray:
-    """Index of the merged sample of each point."""
-    near = 1e-7 * float(np.ptp(points, axis=0).max())
-    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-    graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    return connected_components(graph, directed=False)[1]
+    elements = [part.n_elements for part in body.parts]
+    sampling = block_diag([part.sample(xi, eta) for part in body.parts], format="csr")
+    mesh = SampledMesh.of(sampling, grid_cells(sum(elements), n), body.coefficients)
+    on_patch = mesh.cells >= tessellate**2 * elements[0]
+    chosen = "ipctk" if engine != "bound" and available() else "bound"
+    return Collision(mesh.sample, mesh.triangles, on_patch, chosen)

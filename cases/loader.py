@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from . import config
+from .capsule import config as capsule_config
 from .config import DETERMINED, Physical, Scene, out_of_range
 from .flow import config as flow_config
 from .planar import config as planar_config
@@ -25,7 +26,7 @@ from .shell import config as shell_config
 
 # A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
 KINDS: Mapping[str, ModuleType] = {
-    m.Scene.kind: m for m in (config, flow_config, planar_config, shell_config)
+    m.Scene.kind: m for m in (config, capsule_config, flow_config, planar_config, shell_config)
 }
 _TOP = {"name": str, "description": str}
 _KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}

@@ -253,7 +253,7 @@ def _contraction(scene: Scene, build: ModuleType, record: RunRecord, console: Co
     record.contraction(scheme.rate * scene.time.dt, measured)
     console.print(
         f"contraction rho: {scheme.rate * scene.time.dt:.3g} a priori, {measured:.3g} measured at "
-        f"the start; below {scheme.limit:g} gauss-seidel, else implicit",
+        f"the start; below {scheme.limit:g} iqn-ils, else implicit (measured again on the way)",
         markup=False,
         highlight=False,
     )
@@ -263,6 +263,8 @@ def _factory(scene: Scene) -> ModuleType:
     """What builds scenes of this kind for the one time loop."""
     if scene.kind == "planar":
         from .planar import build
+    elif scene.kind == "capsule":
+        from .capsule import build
     else:
         from . import build
     return build

@@ -16,7 +16,9 @@ from .config import Coupling
 PASSES, SUBITERATIONS = 6, 30  # iterations allowed where the scene says "automatic"
 
 
-def scheme(coupling: Coupling, rho: float, dt: float) -> object:
+def scheme(
+    coupling: Coupling, rho: float, dt: float, *, linear: bool = True, cheap: float = 1.0
+) -> object:
     """The scheme a scene names.
 
     Parameters
@@ -24,14 +26,18 @@ def scheme(coupling: Coupling, rho: float, dt: float) -> object:
     coupling : Coupling
     rho : float
         Contraction of plain subiterations at the step ``dt``, a priori.
+    linear : bool
+        Whether the load is linear in the velocity; only then there is an implicit scheme.
+    cheap : float
+        Largest rho at which "auto" takes IQN-ILS.
     """
     first = starting_relaxation(coupling.relaxation, rho)
-    implicit = Implicit(coupling.dense_limit)
+    implicit, iqn = Implicit(coupling.dense_limit), Partitioned(QuasiNewton(first))
     schemes: Mapping[str, Callable[[], object]] = {
         "implicit": lambda: implicit,
         "semi-implicit": lambda: Implicit(coupling.dense_limit, passes=1),
-        "auto": lambda: Automatic(rho / dt, Partitioned(GaussSeidel()), implicit),
-        "iqn-ils": lambda: Partitioned(QuasiNewton(first)),
+        "auto": lambda: Automatic(rho / dt, iqn, implicit, cheap) if linear else iqn,
+        "iqn-ils": lambda: iqn,
         "aitken": lambda: Partitioned(Aitken(first)),
         "constant": lambda: Partitioned(Constant(coupling.relaxation)),
         "gauss-seidel": lambda: Partitioned(GaussSeidel()),

@@ -22,10 +22,11 @@ _HOME = {
     "BDF2": "integrator",
     "StepControl": "step_control",
     "Collision": "collision",
-    "Repulsion": "repulsion",
+    "KeptOperators": "kept",
     "minimum_gap": "contact",
     "contraction_forecast": "stability",
     "contraction_measured": "stability",
+    "film_symbol": "stability",
 }
 __all__ = sorted(_HOME)
 

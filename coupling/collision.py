@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix, spmatrix
 from scipy.spatial import cKDTree
 
 from .protocols import Result
+from .sampled_mesh import free_fraction
 from .triangle_distance import triangle_distances
 
 ADVANCES = 40
@@ -203,18 +204,8 @@ class Collision:
         return self.margin_factor * size * angle / 8.0
 
     def _ccd(self, start: np.ndarray, end: np.ndarray) -> float:
-        """Collision-free fraction from ipctk; distance kept: the median margin, capped."""
-        import ipctk
-
-        a, b = np.asfortranarray(start), np.asfortranarray(end)
-        shortest = np.linalg.norm(a[self._edges[0][:, 0]] - a[self._edges[0][:, 1]], axis=1).min()
-        least = min(2.0 * float(self._margins(start).max()), 0.2 * float(shortest))
-        return ipctk.compute_collision_free_stepsize(
-            self._mesh(a), a, b, least, narrow_phase_ccd=ipctk.AdditiveCCD()
-        )
-
-    def _mesh(self, rest: np.ndarray) -> object:
-        import ipctk
-
-        faces = np.asfortranarray(self.triangles.astype(np.int32))
-        return ipctk.CollisionMesh(rest, ipctk.edges(faces), faces)
+        """Collision-free fraction from ipctk; distance kept: the largest margin, capped."""
+        i, j = self._edges[0].T
+        shortest = float(np.linalg.norm(start[i] - start[j], axis=1).min())
+        least = min(2.0 * float(self._margins(start).max()), 0.2 * shortest)
+        return free_fraction(self.triangles, start, end, least)

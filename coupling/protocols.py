@@ -105,7 +105,10 @@ class FluidOperator(Protocol):
         """Force ``-m <tau, rho>`` on the membrane, ``(n_full, 3)``."""
 
     def response(self) -> LinearOperator:
-        """Velocity to load, ``3 n_full`` square, influx included; ``.dense()`` if small."""
+        """Velocity to load less `drive`, ``3 n_full`` square; ``.dense()`` if small."""
+
+    def drive(self) -> np.ndarray | None:
+        """Load at rest: that of a background flow; None where there is none."""
 
     def flux(self, velocity: np.ndarray) -> float:
         """Discrete flux of the velocity out through the membrane."""

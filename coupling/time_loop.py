@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -97,6 +97,7 @@ class _Counts:
     newton: int = 0
     krylov: int = 0
     frozen_solves: int = 0
+    kept: int = 0  # assemblies saved by a fluid that keeps operators
 
     def add(self, attempt: Attempt) -> None:
         self.assemblies += attempt.assemblies
@@ -186,7 +187,13 @@ class _Loop:
             self.state.coefficients,
             self._inspect,
         )
+        saved = getattr(sim.fluid, "saved", 0)
         attempt = sim.scheme.attempt(problem, self.memory)
+        saved = getattr(sim.fluid, "saved", 0) - saved
+        attempt = replace(attempt, assemblies=attempt.assemblies - saved)
+        self.counts.kept += saved
+        for _ in range(saved):
+            self._note("operator kept: the geometry moved less than the traction's tolerance")
         self.counts.add(attempt)
         self.pending.add(attempt)
         for note in attempt.notes:

@@ -30,7 +30,7 @@ _HOME = {
     "budget": "accuracy",
     "two_level_schwarz": "preconditioner",
     "EnclosedStokes": "enclosed_flow",
-    "Traction": "enclosed_flow",
+    "Traction": "enclosed_operator",
 }
 __all__ = sorted(_HOME)
 

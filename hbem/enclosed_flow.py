@@ -1,10 +1,10 @@
-"""Stokes flow inside and outside a membrane that is inflated through an inflow patch.
+"""Stokes flow inside and outside a membrane, inflated through a patch or closed in a background.
 
-``V tau = (1 + lambda) / 2 u + (1 - lambda) K u`` on the closed surface, ``<tau, n> = 0`` [T 5.4];
-equal viscosities leave out the double layer K. On the patch the data are
+``V tau = (1 + lambda) / 2 u + (1 - lambda) K u - lambda u_inf``, ``<tau, n> = 0`` on the closed
+surface [T 5.4]; equal viscosities leave out the double layer K. On a patch the data are
 ``u = -(phi(v) / int X) X n`` with the discrete flux ``phi(v)`` of the membrane velocity, so the
-total discrete flux vanishes and everything is linear in v:
-``load = R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v`` (lambda = 1), m = varpi / Re.
+total discrete flux vanishes and all but the background is linear in v:
+``R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v`` (lambda = 1), m = varpi / Re.
 """
 
 from __future__ import annotations
@@ -14,75 +14,39 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
-from scipy.sparse.linalg import LinearOperator, aslinearoperator, splu
 
 from .compression import Compression
-from .double_layer import DoubleLayer, double_layer
-from .krylov import (
-    DENSE_LIMIT,
-    DenseSaddle,
-    IterativeSaddle,
-    MassPreconditioner,
-    PreconditionerStore,
-    SaddleSolution,
-    saddle,
-)
+from .enclosed_operator import EnclosedOperator
+from .krylov import DENSE_LIMIT, MassPreconditioner, PreconditionerStore
 from .patches import SurfacePatches
 from .preconditioner import two_level_schwarz
 from .quadrature import QuadratureOrders
-from .sampling import SampledSurface, geometry_matrix
 from .single_layer import SingleLayer, single_layer
-from .stokes import jump_data, needs_double_layer
 
 Profile = Callable[[np.ndarray], np.ndarray]
+Velocity = Callable[[np.ndarray], np.ndarray]
 BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
 
 
 @dataclass(frozen=True)
-class Traction:
-    """Fluid traction jump on one geometry.
-
-    Attributes
-    ----------
-    coefficients : (n_dofs, 3) array
-        Coefficients in the density space, per unit ``1/Re``.
-    zeta : float
-        Multiplier of ``<tau, n> = 0``.
-    flux : float
-        Discrete flux of the membrane velocity, which the influx follows.
-    velocity_max : float
-        Largest velocity on the boundary, patch included.
-    iterations : int
-        Krylov iterations, 0 for a direct solve.
-    residual : float
-        True relative residual of the linear system.
-    """
-
-    coefficients: np.ndarray
-    zeta: float
-    flux: float = 0.0
-    velocity_max: float = 0.0
-    iterations: int = 0
-    residual: float = 0.0
-
-
-@dataclass(frozen=True)
 class EnclosedStokes:
-    """Stokes flow in and around a bag.
+    """Stokes flow in and around a bag or a capsule.
 
     Parameters
     ----------
     patches : SurfacePatches
         Membrane and inflow patch, closed together, normals outward.
     inflow : (n_elements,) bool array
-        Elements of the inflow patch.
-    profile : callable
+        Elements of the inflow patch; none of a closed membrane.
+    profile : callable or None
         Inflow profile X on points ``(n, 3)``: ``(n,)``; the flow enters along the inward normal.
+        None exactly if there is no patch.
     mass_ratio : float
-        ``m = varpi / Re``.
+        ``m = varpi / Re`` of the fluid inside.
     viscosity_ratio : float
         Exterior over interior viscosity; other than 1 it needs the double layer.
+    background : callable, optional
+        Undisturbed velocity u_inf of the outer fluid at points ``(n, 3)``, itself a Stokes flow.
     orders : QuadratureOrders
     dense_limit : int
         Unknowns up to which the system is solved by LU.
@@ -100,13 +64,14 @@ class EnclosedStokes:
     Raises
     ------
     ValueError
-        A negative viscosity ratio, a mass ratio that is not positive, or an inflow array
-        that does not fit or leaves no membrane or no patch.
+        A negative viscosity ratio, a mass ratio that is not positive, an inflow array that does
+        not fit or leaves no membrane, a patch without profile, a profile without patch, or a
+        background without outer fluid.
     """
 
     patches: SurfacePatches
     inflow: np.ndarray
-    profile: Profile
+    profile: Profile | None
     mass_ratio: float
     viscosity_ratio: float = 1.0
     orders: QuadratureOrders = field(default_factory=QuadratureOrders)
@@ -116,6 +81,7 @@ class EnclosedStokes:
     storage: str = "auto"
     preconditioner: str = "schwarz"
     compression: Compression | None = None
+    background: Velocity | None = None
 
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
@@ -130,8 +96,14 @@ class EnclosedStokes:
             raise ValueError(
                 f"inflow must mark {self.patches.n_elements} elements, got shape {inflow.shape}"
             )
-        if inflow.all() or not inflow.any():
-            raise ValueError("inflow must mark some elements, but not all")
+        if inflow.all():
+            raise ValueError("inflow must leave some elements to the membrane")
+        if inflow.any() != (self.profile is not None):
+            raise ValueError(
+                "an inflow patch needs a profile, a membrane without patch takes profile = None"
+            )
+        if self.background is not None and self.viscosity_ratio == 0.0:
+            raise ValueError("a background needs an outer fluid: viscosity_ratio above 0")
         if self.preconditioner not in BUILDERS:
             raise ValueError(
                 f"preconditioner must be 'schwarz' or 'mass', got {self.preconditioner!r}"
@@ -176,169 +148,3 @@ class EnclosedStokes:
         )
         self.note(layer)
         return EnclosedOperator(self, layer)
-
-
-@dataclass(frozen=True)
-class EnclosedOperator:
-    """The flow on one frozen configuration; see `EnclosedStokes`.
-
-    Attributes
-    ----------
-    model : EnclosedStokes
-    layer : SingleLayer
-    """
-
-    model: EnclosedStokes
-    layer: SingleLayer
-
-    @property
-    def surface(self) -> SampledSurface:
-        return self.layer.surface
-
-    @cached_property
-    def system(self) -> DenseSaddle | IterativeSaddle:
-        m = self.model
-        return saddle(
-            self.layer,
-            self.surface.constraint,
-            self.surface.mass,
-            dense_limit=m.dense_limit if m.compression is None else 0,
-            tolerance=m.tolerance,
-            max_iterations=m.max_iterations,
-            preconditioner=m.store,
-        )
-
-    @cached_property
-    def _on_patch(self) -> np.ndarray:
-        return np.repeat(self.model.inflow, self.surface.outer.per_element)
-
-    @cached_property
-    def evaluation(self) -> csr_matrix:
-        """Psi: coefficients to values at outer points, zero on the inflow patch."""
-        full = geometry_matrix(self.model.patches, self.surface.outer)
-        return (diags(1.0 - self._on_patch) @ full).tocsr()
-
-    @cached_property
-    def coupling(self) -> csr_matrix:
-        """``B^T W Psi``: coefficients to tested values, scalar ``(n_dofs, n_coefficients)``."""
-        outer = self.surface.outer
-        return (self.surface.basis.T @ diags(outer.weights) @ self.evaluation).tocsr()
-
-    @cached_property
-    def flux_form(self) -> np.ndarray:
-        """The flux as a linear form of the velocity, ``(n_coefficients, 3)``."""
-        outer = self.surface.outer
-        return self.evaluation.T @ (outer.weights[:, None] * outer.normals)
-
-    @cached_property
-    def _unit_influx(self) -> np.ndarray:
-        """Data on the patch for unit influx, at the outer points ``(n_points, 3)``."""
-        outer, inside = self.surface.outer, self._on_patch
-        values = np.zeros_like(outer.points)
-        profile = np.asarray(self.model.profile(outer.points[inside]), dtype=float)
-        total = outer.weights[inside] @ profile
-        if not total > 0.0:
-            raise ValueError(f"the inflow profile integrates to {total:.3g}, expected > 0")
-        values[inside] = -profile[:, None] * outer.normals[inside] / total
-        return values
-
-    @cached_property
-    def _influx_data(self) -> np.ndarray:
-        return self.surface.project(self._unit_influx)
-
-    @cached_property
-    def double(self) -> DoubleLayer | None:
-        """The double layer; None for equal viscosities."""
-        if not needs_double_layer(self.model.viscosity_ratio):
-            return None
-        return double_layer(self.surface, self.model.orders)
-
-    @cached_property
-    def _mass_factor(self):
-        return splu(self.surface.mass.tocsc())
-
-    def right_hand_side(self, tested: np.ndarray) -> np.ndarray:
-        """Data of the traction jump from tested velocities ``(3 n_dofs,)`` or ``(3 n_dofs, k)``."""
-        if self.double is None:
-            return tested
-        projected = self._mass_factor.solve(tested.reshape(self.surface.mass.shape[0], -1))
-        double = self.double if tested.ndim == 1 else aslinearoperator(self.double.dense())
-        ratio = self.model.viscosity_ratio
-        return jump_data(tested, ratio, double, projected.reshape(tested.shape))
-
-    def flux(self, velocity: np.ndarray) -> float:
-        """Discrete flux of ``velocity (n_coefficients, 3)`` out through the membrane."""
-        return float(np.sum(self.flux_form * velocity))
-
-    def boundary_velocity(self, velocity: np.ndarray) -> np.ndarray:
-        """Dirichlet data at the outer points, ``(n_points, 3)``."""
-        return self.evaluation @ velocity + self.flux(velocity) * self._unit_influx
-
-    def traction(self, velocity: np.ndarray) -> Traction:
-        """Traction jump for membrane velocity ``(n_coefficients, 3)``.
-
-        Raises
-        ------
-        ValueError
-            A velocity of the wrong shape.
-        """
-        expected = (self.model.patches.n_coefficients, 3)
-        if np.shape(velocity) != expected:
-            raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
-        data = self.coupling @ velocity + self.flux(velocity) * self._influx_data
-        solved: SaddleSolution = self.system.solve(self.right_hand_side(data.ravel()))
-        if solved.iterations:
-            self.model.store.note(solved.iterations)
-        coefficients = solved.solution.reshape(-1, 3)
-        if "_measured" not in self.__dict__:  # once for each geometry
-            self.__dict__["_measured"] = True
-            self.model.note(self.layer, coefficients)
-        return Traction(
-            coefficients,
-            float(solved.zeta),
-            self.flux(velocity),
-            float(np.linalg.norm(self.boundary_velocity(velocity), axis=1).max()),
-            iterations=solved.iterations,
-            residual=solved.residual,
-        )
-
-    def load(self, traction: Traction) -> np.ndarray:
-        """Force ``-m <tau, rho>`` on the membrane, ``(n_coefficients, 3)``."""
-        return -self.model.mass_ratio * (self.coupling.T @ traction.coefficients)
-
-    def response(self) -> Response:
-        """Velocity to load, ``3 n_coefficients`` square."""
-        return Response(self)
-
-
-class Response(LinearOperator):
-    """The linear map ``load = R v`` on interleaved coefficients ``3 a + i``."""
-
-    def __init__(self, operator: EnclosedOperator):
-        n = 3 * operator.model.patches.n_coefficients
-        super().__init__(dtype=np.dtype(float), shape=(n, n))
-        self._operator = operator
-
-    def _matvec(self, x: np.ndarray) -> np.ndarray:
-        traction = self._operator.traction(np.asarray(x).reshape(-1, 3))
-        return self._operator.load(traction).ravel()
-
-    def dense(self) -> np.ndarray:
-        """R as an array: one factorisation, one right-hand side a membrane velocity dof."""
-        op = self._operator
-        matrix = np.zeros(self.shape)
-        moving = np.flatnonzero(np.diff(op.coupling.tocsc().indptr))
-        columns = (3 * moving[:, None] + np.arange(3)).ravel()
-        coupling = op.coupling[:, moving].toarray()
-        data = np.einsum("ab,ik->aibk", coupling, np.eye(3)).reshape(-1, columns.size)
-        influx = np.outer(op._influx_data.ravel(), op.flux_form[moving].ravel())
-        tractions = self._solve(op.right_hand_side(data + influx)).reshape(coupling.shape[0], -1)
-        load = -op.model.mass_ratio * (coupling.T @ tractions)
-        matrix[np.ix_(columns, columns)] = load.reshape(columns.size, columns.size)
-        return matrix
-
-    def _solve(self, rhs: np.ndarray) -> np.ndarray:
-        system = self._operator.system
-        if isinstance(system, DenseSaddle):
-            return system.solve(rhs).solution
-        return np.stack([system.solve(column).solution for column in rhs.T], axis=1)

@@ -1,4 +1,4 @@
-"""A bag: a membrane and its inflow patch as spline surfaces, with one array of coefficients."""
+"""A bag: a membrane and its inflow patch, if any, with one array of coefficients."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ class Bag:
     Attributes
     ----------
     membrane, patch : TensorSurface
-        The moving surface and the fixed inflow patch; both normals point out of the bag.
+        The moving surface and the fixed inflow patch (None of a closed membrane); both normals
+        point out of the bag.
     coefficients : (n_full, 3) array
         Membrane coefficients, then those of the patch.
     support : callable
         Extraction ``(3 n_full, n_free)`` of a rim that is "hinged" or "clamped" to the patch.
     profile : callable
-        Inflow profile X on points (n, 3) of the patch, zero at its rim [T 6.3.3].
+        Inflow profile X on points (n, 3) of the patch, zero at its rim [T 6.3.3]; None without.
     gap, extent : float
         Sheet distance H and lateral extent l of the narrowest region, for forecasts.
     exact_volume : float
@@ -34,10 +35,10 @@ class Bag:
     """
 
     membrane: TensorSurface
-    patch: TensorSurface
+    patch: TensorSurface | None
     coefficients: np.ndarray
     support: Callable[[str], csr_matrix]
-    profile: Callable[[np.ndarray], np.ndarray]
+    profile: Callable[[np.ndarray], np.ndarray] | None
     gap: float
     extent: float
     exact_volume: float
@@ -46,3 +47,8 @@ class Bag:
     @property
     def n_membrane(self) -> int:
         return self.membrane.n_coefficients
+
+    @property
+    def parts(self) -> tuple[TensorSurface, ...]:
+        """Membrane, then patch where there is one."""
+        return (self.membrane,) if self.patch is None else (self.membrane, self.patch)

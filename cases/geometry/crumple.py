@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from coupling.certify import Certificate, available, grid_cells
+from coupling.sampled_mesh import SampledMesh, available, grid_cells
 from shells.pillow import Pillow
 
 ROUNDS = 8
@@ -18,12 +18,12 @@ SAMPLES = 3  # points per element side of the collision mesh
 SHARE = 0.9  # of the collision-free step
 
 
-def certificate(surface: Pillow, coefficients: np.ndarray, samples: int = SAMPLES) -> Certificate:
-    """Collision mesh of a whole surface at rest."""
+def sampled(surface: Pillow, coefficients: np.ndarray, samples: int = SAMPLES) -> SampledMesh:
+    """Triangles of a whole surface."""
     x = np.linspace(0.0, 1.0, samples)
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
     cells = grid_cells(surface.n_elements, samples)
-    return Certificate(surface.sample(xi, eta), cells, coefficients)
+    return SampledMesh.of(surface.sample(xi, eta), cells, coefficients)
 
 
 def crumple(
@@ -58,7 +58,7 @@ def crumple(
     if not available():
         raise ModuleNotFoundError("a crumpled bag needs ipctk: pip install 'airfold[contact]'")
     rng = np.random.default_rng(seed)
-    mesh = certificate(surface, coefficients)
+    mesh = sampled(surface, coefficients)
     size = float(np.ptp(coefficients, axis=0).max())
     if distance is None:
         distance = 0.25 * mesh.shortest_edge(coefficients)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.certify import available
+from coupling.sampled_mesh import available
 
-from .crumple import certificate
+from .crumple import sampled
 from .folded import FoldedBag
 
 ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
@@ -163,4 +163,4 @@ def _crosses(bag: FoldedBag) -> bool | None:
     c = np.empty((whole.n_coefficients, 3))
     c[bag.patch.kept] = bag.coefficients[bag.n_membrane :]
     c[bag.membrane.kept] = bag.coefficients[: bag.n_membrane]
-    return certificate(whole, c, 4).intersects(c)
+    return sampled(whole, c, 4).intersects(c)

@@ -143,7 +143,8 @@ def _draw_shots(
     for k, shot in enumerate(shots):
         axes = figure.add_subplot(grid[k // 3, k % 3], projection="3d")
         _draw_shot(axes, shot, colours, low, high)
-        axes.set_title(_title(shot.t, history), fontsize=12, y=0.83)
+        tall = high[2] - low[2] > 0.8 * (high[0] - low[0])
+        axes.set_title(_title(shot.t, history), fontsize=12, y=0.89 if tall else 0.83)
     bar = figure.colorbar(
         colours, cax=figure.add_axes((0.925, 0.44, 0.012, 0.46)), extend="max", format="%.3g"
     )
@@ -209,6 +210,8 @@ def _draw_meridians(axes: Axes, shots: list[Snapshot]) -> None:
 
 
 def _draw_pressure(axes: Axes, history: dict[str, np.ndarray], shots: list[Snapshot]) -> None:
+    if "deformation" in history:
+        return _draw_deformation(axes, history)
     t, pressure = history["t"], history["pressure"]
     axes.plot(t, pressure, color="black", label="pressure")
     marks = np.array([shot.t for shot in shots])
@@ -218,4 +221,15 @@ def _draw_pressure(axes: Axes, history: dict[str, np.ndarray], shots: list[Snaps
     twin = axes.twinx()
     twin.plot(t, history["volume"] / history["volume"][0], color="tab:blue")
     twin.set_ylabel("V/V₀", color="tab:blue")
+    axes.grid(alpha=0.3)
+
+
+def _draw_deformation(axes: Axes, history: dict[str, np.ndarray]) -> None:
+    """Taylor's deformation of a capsule against that of small-deformation theory."""
+    t, found = history["t"], history["deformation"]
+    theory = found[-1] / (1.0 + history["to_theory"][-1])
+    axes.plot(t, found, "o-", color="black", markersize=3, label="coupled run")
+    axes.axhline(theory, color="tab:blue", linestyle="--", label="small-deformation theory")
+    axes.set(xlabel="t", ylabel="D = (L - B) / (L + B)", title="deformation")
+    axes.legend(frameon=False)
     axes.grid(alpha=0.3)

@@ -32,6 +32,7 @@ from .contact import CurveCollision
 from .forecast import contraction, final_volume
 
 LAWS: Mapping[str, type[PlanarMembrane]] = {"kirchhoff-love": PlanarShell, "string": ElasticString}
+CHEAP = 10.0  # forming the response costs as much as assembling: measured break-even
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]  # points of an element in pictures and gap checks
 
 
@@ -66,8 +67,9 @@ def scheme(scene: Scene, body: PlanarBag) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
-    rho = contraction(scene, body) if scene.fluid.model == "stokes" else 0.0
-    return named_scheme(scene.coupling, rho, scene.time.dt)
+    stokes = scene.fluid.model == "stokes"
+    rho = contraction(scene, body) if stokes else 0.0
+    return named_scheme(scene.coupling, rho, scene.time.dt, linear=stokes, cheap=CHEAP)
 
 
 def chosen(scene: Scene) -> object:

@@ -156,9 +156,9 @@ def impossible(scene: Scene) -> list[str]:
             f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
         ),
         (
-            f.model == "potential" and scene.coupling.scheme == "implicit",
-            "coupling.scheme: 'implicit' needs a load linear in the velocity, that of potential "
-            "flow is quadratic; use 'gauss-seidel' or 'aitken'",
+            f.model == "potential" and "implicit" in scene.coupling.scheme,
+            f"coupling.scheme: {scene.coupling.scheme!r} needs a load linear in the velocity, that "
+            "of potential flow is quadratic; use 'gauss-seidel' or 'aitken'",
         ),
         (
             f.contact_force > 0.0 and f.model != "potential",

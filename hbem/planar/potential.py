@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse import csr_matrix
 
-from ..enclosed_flow import Traction
+from ..enclosed_operator import Traction
 from . import _planar_kernels as kernels
 from .contact import ContactForce
 from .polygon import Boundary, Configuration, OuterRule, edges, tested
@@ -141,6 +141,9 @@ class PotentialOperator:
         if self.model.contact is not None:
             load = load + self.model.contact.load(self.at)
         return load
+
+    def drive(self) -> None:
+        """No background flow loads the membrane at rest."""
 
     def response(self) -> None:
         """Refused: Bernoulli's pressure is quadratic in the velocity.

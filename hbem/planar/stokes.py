@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.linalg import LinearOperator
 
-from ..enclosed_flow import Traction
+from ..enclosed_operator import Traction
 from . import _planar_kernels as kernels
 from .polygon import Boundary, Configuration, OuterRule, edges, tested
 
@@ -185,6 +185,9 @@ class StokesOperator:
     def load(self, traction: Traction) -> np.ndarray:
         """Force ``-m <tau, rho>`` on the membrane, ``(n_coefficients, 2)`` [T 5.10c]."""
         return -self.model.mass_ratio * (self.at.testing @ traction.coefficients)
+
+    def drive(self) -> None:
+        """No background flow loads the membrane at rest."""
 
     def response(self) -> Response:
         """Velocity to load, ``2 n_coefficients`` square."""

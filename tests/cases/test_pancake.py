@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cases import build, loader
+from cases.benchmarks.coupling import kept_row
 from cases.benchmarks.pancake import FAST, asymmetry, profile, simulate, static_pressure
 from cases.geometry import initial_bag
 from cases.inflow import ramp_integral
@@ -128,3 +129,12 @@ def test_check_warns_of_divergence():
     assert rho == pytest.approx(16 * 0.4925, rel=1e-3)
     warned = forecast(loader.read("pancake", ["coupling.scheme=gauss-seidel"]))
     assert any("diverges" in w and "time.dt below" in w for w in warned.warnings)
+
+
+def test_a_slow_run_keeps_operators():
+    """At dt = 1 the first steps hardly move: fewer assemblies, the same end within tolerance."""
+    row = kept_row(1.0, 4)
+    assert row["kept"] > 0
+    assert row["assemblies"] + row["kept"] <= row["of"] + 2
+    assert row["assemblies"] < row["of"]
+    assert row["error"] < row["tolerance"]

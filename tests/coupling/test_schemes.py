@@ -36,6 +36,9 @@ class LinearStructure:
             x = np.linalg.solve(np.eye(B.size) + C / dt, x.ravel()).reshape(B.shape)
         return Step(State(state.t + dt, x, x / dt))
 
+    def linearised(self, state, dt):
+        return aslinearoperator(np.eye(B.size))
+
     def measure(self, increment):
         return float(np.sqrt(np.mean(increment**2)))
 
@@ -59,19 +62,22 @@ class LinearFluid:
     def load(self, traction):
         return -traction.coefficients
 
+    def drive(self):
+        return None
+
     def response(self):
         operator = aslinearoperator(-self.rho * self.dt * np.eye(B.size))
         operator.dense = lambda: -self.rho * self.dt * np.eye(B.size)
         return operator
 
 
-def attempt(scheme, rho, iterations=40):
+def attempt(scheme, rho, iterations=40, memory=None):
     state = State(0.0, np.zeros_like(B), np.zeros_like(B))
     fluid = LinearFluid(rho, 0.1)
     problem = StepProblem(
         LinearStructure(), fluid, state, 0.1, 1.0, 1e-10, 1e-14, iterations, lambda *a: None
     )
-    return scheme.attempt(problem, scheme.init()), fluid
+    return scheme.attempt(problem, scheme.init() if memory is None else memory), fluid
 
 
 @pytest.mark.parametrize(
@@ -149,34 +155,61 @@ def test_bad_relaxation_is_refused():
         Constant(1.5)
 
 
-def automatic(rate):
-    return Automatic(rate, Partitioned(GaussSeidel()), Implicit(), rest=2)
+def automatic(rate=1.0, **options):
+    return Automatic(rate, Partitioned(GaussSeidel()), Implicit(), limit=0.3, rest=2, **options)
 
 
 def test_small_rho_takes_the_cheap_scheme():
-    result, _ = attempt(automatic(1.0), 0.05)
+    """Measured, whatever the forecast said."""
+    result, fluid = attempt(automatic(rate=1e5), 0.05)
     assert result.cause is None
-    assert not result.notes
+    assert "cheap scheme: measured rho = 0.05" in result.notes[0]
     assert result.iterations > 2  # gauss-seidel's, to 1e-10
     assert "cheap.load" in result.memory
+    assert result.assemblies == fluid.assemblies == result.iterations + 1
 
 
 def test_large_rho_takes_the_robust_scheme():
-    result, _ = attempt(automatic(1e5), 1e4)
+    """The measurement costs no assembly: the robust scheme goes on with its operator."""
+    result, fluid = attempt(automatic(rate=1e-5), 1e4)
     assert result.cause is None
-    assert result.assemblies == 2
+    assert "robust scheme: measured rho = 1e+04" in result.notes[0]
+    assert result.assemblies == fluid.assemblies == 2
+    assert float(result.memory["rate"]) == pytest.approx(1e5, rel=0.05)
 
 
-def test_change_when_the_forecast_was_wrong():
-    """rho is 50, the forecast says 0.1: gauss-seidel fails, the step is solved all the same."""
-    result, fluid = attempt(automatic(1.0), 50.0)
+def test_change_when_the_measurement_was_wrong():
+    """rho is 50, memory says 0.1: gauss-seidel fails, the step is solved all the same."""
+    scheme = automatic()
+    memory = {**scheme.init(), "rate": np.array(1.0), "turn": np.array(1)}
+    result, fluid = attempt(scheme, 50.0, memory=memory)
     assert result.cause is None
     assert result.step.state.coefficients == pytest.approx(B / 51.0, rel=1e-9)
     assert Result.COUPLING.name in result.notes[0]
     assert result.assemblies == fluid.assemblies
-    assert int(result.memory["rest"]) == 2
+    assert int(result.memory["left"]) == 2
+
+
+def test_a_busy_step_ends_the_cheap_turn_and_the_first_may_take_longer():
+    scheme = automatic(most=8)
+    first, _ = attempt(scheme, 0.2)
+    assert first.iterations > 3
+    assert (int(first.memory["left"]), int(first.memory["turn"])) == (0, 1)
+    second, _ = attempt(scheme, 0.25, memory=first.memory)
+    assert second.iterations > 3
+    assert (int(second.memory["left"]), int(second.memory["turn"])) == (2, 0)
+    third, _ = attempt(scheme, 0.25, memory=second.memory)
+    assert third.iterations == 2  # implicit
 
 
 def test_memory_holds_arrays_only():
-    result, _ = attempt(automatic(1.0), 0.05)
-    assert all(isinstance(v, np.ndarray) for v in result.memory.values())
+    for rho in (0.05, 1e3):
+        result, _ = attempt(automatic(), rho)
+        assert all(isinstance(v, np.ndarray) for v in result.memory.values())
+
+
+def test_geometry_differences_carry_over():
+    """The implicit scheme's memory is that of its geometry iteration; a rejection clears it."""
+    scheme = Implicit()
+    result, _ = attempt(scheme, 10.0)
+    assert not scheme.reset(result.memory)

@@ -125,7 +125,11 @@ def test_wrong_arguments():
         EnclosedStokes(body, np.arange(20) < 5, lambda x: x[:, 2], mass_ratio=0.0)
     with pytest.raises(ValueError, match="20 elements"):
         EnclosedStokes(body, np.arange(7) < 5, lambda x: x[:, 2], mass_ratio=1.0)
-    with pytest.raises(ValueError, match="not all"):
+    with pytest.raises(ValueError, match="leave some"):
+        EnclosedStokes(body, np.ones(20, bool), lambda x: x[:, 2], mass_ratio=1.0)
+    with pytest.raises(ValueError, match="profile"):
         EnclosedStokes(body, np.zeros(20, bool), lambda x: x[:, 2], mass_ratio=1.0)
+    with pytest.raises(ValueError, match="outer fluid"):
+        bag(viscosity_ratio=0.0, background=lambda x: x)
     with pytest.raises(ValueError, match="degree"):
         union(body, fitted(body))

@@ -1,0 +1,1 @@
+"""An elastic capsule in a flow: the coupling against small-deformation theory."""

@@ -1,0 +1,130 @@
+"""Triangles on sample points of a smooth surface, and what `ipctk` finds out about them.
+
+Samples that coincide at rest are one vertex, so that neighbouring elements share vertices. A mesh
+whose triangles keep a distance certifies the smooth sheets (see `collision`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
+
+
+def available() -> bool:
+    """Whether the optional extra ``contact`` (ipctk) is installed."""
+    return find_spec("ipctk") is not None
+
+
+@dataclass(frozen=True)
+class SampledMesh:
+    """Triangles of a surface at any configuration.
+
+    Attributes
+    ----------
+    sample : (n, n_coefficients) sparse matrix
+        Coefficients to vertices.
+    triangles : (m, 3) int array
+    cells : (m,) int array
+        Quadrilateral that each triangle is half of.
+    """
+
+    sample: csr_matrix
+    triangles: np.ndarray
+    cells: np.ndarray
+
+    @classmethod
+    def of(cls, sampling: csr_matrix, cells: np.ndarray, rest: np.ndarray) -> SampledMesh:
+        """Mesh of quadrilaterals of sample points.
+
+        They are cut along their shorter diagonal at rest: the longer one runs through a vertex
+        where a pillow's corner flattens an element. Triangles without area are left out.
+
+        Parameters
+        ----------
+        sampling : (n_samples, n_coefficients) sparse matrix
+        cells : (k, 4) int array
+            Sample points of each quadrilateral, in turn.
+        rest : (n_coefficients, 3) array
+            A configuration without contact.
+        """
+        points = sampling @ rest
+        near = COINCIDE * float(np.ptp(points, axis=0).max())
+        pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+        shape = (len(points), len(points))
+        graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=shape)
+        vertex = connected_components(graph, directed=False)[1]
+        _, first = np.unique(vertex, return_index=True)
+        sample = sampling.tocsr()[first]
+        triangles = halved(vertex[cells], sample @ rest)
+        proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
+        return cls(sample, triangles[proper], np.tile(np.arange(len(cells)), 2)[proper])
+
+    def shortest_edge(self, coefficients: np.ndarray) -> float:
+        """Length of the shortest edge of a triangle."""
+        corners = (self.sample @ coefficients)[self.triangles]
+        return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
+
+    def intersects(self, coefficients: np.ndarray) -> bool:
+        """Whether triangles of this configuration cross each other; needs `ipctk`."""
+        import ipctk
+
+        points = np.asfortranarray(self.sample @ coefficients)
+        return bool(ipctk.has_intersections(_collision_mesh(self.triangles, points), points))
+
+    def free_step(self, start: np.ndarray, end: np.ndarray, distance: float = 0.0) -> float:
+        """`free_fraction` of the way between two configurations ``(n_coefficients, 3)``."""
+        points = self.sample @ start, self.sample @ end
+        return free_fraction(self.triangles, *points, distance)
+
+
+def free_fraction(
+    triangles: np.ndarray, start: np.ndarray, end: np.ndarray, distance: float
+) -> float:
+    """Fraction of a straight motion of vertices without contact, by ipctk's additive CCD.
+
+    Parameters
+    ----------
+    triangles : (m, 3) int array
+    start, end : (n, 3) array
+    distance : float
+        Closest that triangles may come to each other.
+    """
+    import ipctk
+
+    a, b = np.asfortranarray(start), np.asfortranarray(end)
+    return float(
+        ipctk.compute_collision_free_stepsize(
+            _collision_mesh(triangles, a), a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+        )
+    )
+
+
+def _collision_mesh(triangles: np.ndarray, rest: np.ndarray) -> object:
+    import ipctk
+
+    faces = np.asfortranarray(triangles.astype(np.int32))
+    return ipctk.CollisionMesh(rest, np.asfortranarray(ipctk.edges(faces)), faces)
+
+
+def halved(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Both halves of each quadrilateral along its shorter diagonal, first halves first."""
+    a, b, c, d = cells.T
+    length = np.linalg.norm(points[a] - points[c], axis=1)
+    turn = np.linalg.norm(points[b] - points[d], axis=1) < length
+    a, b, c, d = np.where(turn, [b, c, d, a], [a, b, c, d])
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def grid_cells(n_elements: int, points: int) -> np.ndarray:
+    """Quadrilaterals of ``points x points`` samples an element, second direction fastest."""
+    i, j = (g.ravel() for g in np.meshgrid(*2 * [np.arange(points - 1)], indexing="ij"))
+    first = i * points + j
+    cell = np.stack([first, first + points, first + points + 1, first + 1], axis=1)
+    return (points**2 * np.arange(n_elements)[:, None, None] + cell).reshape(-1, 4)
