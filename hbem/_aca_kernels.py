@@ -10,17 +10,12 @@ Vectors run over components first: entry ``c * n + j``.
 from __future__ import annotations
 
 import numpy as np
-from numba import get_num_threads, njit
+from numba import njit
 
 EIGHT_PI = 8.0 * np.pi
 SAMPLES = 6  # target points whose rows prove a stop
 FAINT = 0.1  # targets whose approximate rows are below this share of the average are faint
 KEPT = 1e-2  # singular values of a 3x3 pivot below this fraction of the largest are dropped
-
-
-def threads() -> int:
-    """Number of threads that compiled code may use."""
-    return get_num_threads()
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from ._aca_kernels import threads
 from ._low_rank_kernels import compress_blocks
+from ._threads_kernels import threads
 from .cluster import ClusterTree
 
 # Tolerances of cross approximation and recompression in units of the requested one. Between points

@@ -12,10 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import get_num_threads
 from scipy.spatial import cKDTree
 
 from . import _near_kernels as kernels
+from ._threads_kernels import threads
 from .quadrature import QuadratureOrders
 from .sampling import SampledSurface
 
@@ -120,7 +120,7 @@ def _candidates(
     pieces, n = surface.pieces, surface.patches.n_elements
     reach = (1.0 + near_ball) * surface.radii[pieces.elements]
     hits = cKDTree(x).query_ball_point(
-        pieces.centres, 1.0000001 * reach, return_sorted=False, workers=get_num_threads()
+        pieces.centres, 1.0000001 * reach, return_sorted=False, workers=threads()
     )
     counts = np.fromiter((len(h) for h in hits), np.int64, len(hits))
     points = np.concatenate([np.asarray(h, np.int64) for h in hits])

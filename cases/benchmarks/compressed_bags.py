@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import numba
 import numpy as np
 
+from hbem._threads_kernels import limited
 from hbem.accuracy import budget
 from hbem.compressed_layer import compressed_single_layer
 from hbem.compression import Compression
@@ -146,13 +146,11 @@ def apply_row(n_s: int) -> dict[str, Any]:
     layer = single_layer(
         bag.surface, bag.coefficients, storage="direct", compression=Compression("aca", 1e-5)
     )
-    threads = numba.get_num_threads()
     exact = DirectSingleLayer(layer.surface, layer.near)
     x = np.random.default_rng(1).standard_normal((layer.shape[0] // 3, 3, 1))
     together = timed(lambda: layer.plain.apply(x), 5)
-    numba.set_num_threads(1)
-    alone, summed = timed(lambda: layer.plain.apply(x), 5), timed(lambda: exact.far(x), 1)
-    numba.set_num_threads(threads)
+    with limited(1) as threads:
+        alone, summed = timed(lambda: layer.plain.apply(x), 5), timed(lambda: exact.far(x), 1)
     return {
         "case": "far product, flat .05, aca",
         "seconds": alone,

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
+from hbem._threads_kernels import limited
 from hbem.compressed import Compressed, PointKernel, direct
 from hbem.h2matrix import h2matrix
 from hbem.hmatrix import forecast_points, hmatrix
@@ -115,9 +115,8 @@ def _compressed_row(
     total = time.perf_counter() - began
     x = np.random.default_rng(1).standard_normal((points.shape[0], 3, 1))
     seconds, _ = _timed(lambda: operator.apply(x))
-    numba.set_num_threads(threads)
-    together, _ = _timed(lambda: operator.apply(x))
-    numba.set_num_threads(1)
+    with limited(threads):
+        together, _ = _timed(lambda: operator.apply(x))
     s = operator.statistics
     return {
         "case": f"{cloud}, {method}",
@@ -160,16 +159,12 @@ def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]
 
 def run(quick: bool) -> Iterator[dict[str, Any]]:
     """Rows of the benchmark, as they come; ``quick`` takes the smallest sizes."""
-    threads = numba.get_num_threads()
     for build in BUILDERS.values():  # compiles the kernels
         for tolerance in TOLERANCES:
             build(sphere(2000), tolerance)
-    numba.set_num_threads(1)
-    try:
-        sizes = (10_000,) if quick else (10_000, 30_000, 100_000, 300_000)
+    sizes = (10_000,) if quick else (10_000, 30_000, 100_000, 300_000)
+    with limited(1) as threads:
         yield from _point_rows(sizes, threads)
-    finally:
-        numba.set_num_threads(threads)
     yield from compressed_bags.rows(quick)
 
 
