@@ -7,14 +7,9 @@ The point kernel is symmetric, so where both sides use the same points half of t
 from __future__ import annotations
 
 import numpy as np
-from numba import get_num_threads, njit
+from numba import njit
 
 from ._far_kernels import add_sources, target_kernels
-
-
-def threads() -> int:
-    """Threads that compiled code may use."""
-    return get_num_threads()
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

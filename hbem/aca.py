@@ -9,14 +9,13 @@ that storage is by dof and no Galerkin entry is evaluated.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csc_matrix
 
 from ._low_rank_kernels import compress_blocks
-from ._threads_kernels import threads
+from ._threads_kernels import workers
 from .cluster import ClusterTree
 
 # Tolerances of cross approximation and recompression in units of the requested one. Between points
@@ -124,8 +123,5 @@ def compressed_blocks(
         return Factors(part, ranks, store)
 
     starts = range(0, blocks.shape[0], TASK)
-    if threads() == 1:
-        yield from map(work, starts)
-        return
-    with ThreadPoolExecutor(threads()) as pool:
+    with workers() as pool:
         yield from pool.map(work, starts)

@@ -7,7 +7,6 @@ matrices of a Schwarz preconditioner. Rough ones (one point an element) triple i
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -16,6 +15,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from . import _block_kernels as kernels
+from ._threads_kernels import workers
 from .near import coincidence
 from .patches import tensor_bernstein
 from .sampling import PointSet, SampledSurface
@@ -80,7 +80,7 @@ class ExactBlocks:
     def many(self, patches: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         """Blocks of several patches in order, on all threads."""
         _ = self._outer_values, self._source_values, self._carriers, self._targets, self._indptr
-        with ThreadPoolExecutor(kernels.threads()) as pool:
+        with workers() as pool:
             yield from pool.map(self, patches)
 
     @cached_property
