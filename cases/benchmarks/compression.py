@@ -24,6 +24,7 @@ from . import compressed_bags
 
 TOLERANCES = (1e-3, 1e-6)
 MEMORY = 3.0e9  # bytes an operator of this benchmark may take
+LARGEST_FINE = 100_000  # points up to which both tolerances run
 DIRECT = 3000  # targets of a timed direct sum; the rest is extrapolated
 BUILDERS = {"aca": hmatrix, "h2": h2matrix}
 
@@ -145,7 +146,7 @@ def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]
             points = make(n)
             exact = _direct_row(cloud, points)
             yield exact
-            for tolerance in TOLERANCES:
+            for tolerance in TOLERANCES if n <= LARGEST_FINE else TOLERANCES[:1]:
                 peer = _fmm_row(cloud, points, tolerance)
                 if peer is not None:
                     yield peer
