@@ -98,6 +98,19 @@ def test_flat_reference_starts_stretched(bag):
     assert abs(shell.volume(relaxed.coefficients) / shell.volume(start.coefficients) - 1) < 1e-9
 
 
+def test_creased_reference_is_at_rest_when_folded(bag):
+    scene = loader.read("accordion-2", [*COARSE, "structure.reference=creased"])
+    shell = build.structure(scene, bag)
+    start = State(0.0, bag.coefficients, np.zeros_like(bag.coefficients))
+    assert sum(shell.energies(start).values()) < 1e-20
+    step = shell.step(start, None, 1.0, shell.volume(start.coefficients))
+    assert step.ok
+    assert np.abs(step.state.coefficients - start.coefficients).max() < 1e-9
+    # and costs energy to open, where the default reference gains by it
+    opened = State(0.0, bag.flat, start.velocity)
+    assert shell.energies(opened)["bending"] > 1e-4
+
+
 def test_panel_angles():
     bag = folded_bag(Pillow(44, 22), accordion_folding(2, 6.0, 0.4))
     np.testing.assert_allclose(bag.panel_angles(bag.flat), 0.0, atol=0.1)
