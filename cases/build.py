@@ -48,10 +48,10 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
     natural = flat if c.reference == "flat" else folded
     basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
-    # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag
-    curvature = (
-        curvature_in_frame(basis.reference, basis.jets(flat)) if flat is not folded else None
-    )
+    # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
+    # creases that have set do not
+    unfolds = flat is not folded and c.reference != "creased"
+    curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
     lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)

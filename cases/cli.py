@@ -65,6 +65,12 @@ def _parser() -> argparse.ArgumentParser:
     for sub in (resume, report):
         sub.add_argument("folder", metavar="DIR", type=Path, help="run folder")
     report.add_argument("--animation", action="store_true", help="also draw animation.gif")
+    report.add_argument(
+        "--beside",
+        metavar="DIR",
+        type=Path,
+        help="also draw beside.png: cuts of both runs at equal volumes",
+    )
     bench = command("bench", _bench, "run a benchmark: error against time, always both")
     bench.add_argument("name", metavar="NAME", help="see airfold list")
     bench.add_argument("--quick", action="store_true", help="small sizes only")
@@ -139,6 +145,8 @@ def _report(options: argparse.Namespace) -> int:
         print(f"picture: {runs.draw(options.folder)}")
         if options.animation:
             print(f"animation: {runs.animate(options.folder)}")
+        if options.beside:
+            print(f"beside: {runs.compare(options.folder, options.beside)}")
     except runs.FolderError as error:
         return _bad_input([str(error)])
     return COMPLETED

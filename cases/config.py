@@ -84,7 +84,8 @@ class Structure:
     ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
     points of the membrane energy: ``"patch"`` is the reduced rule that does not lock.
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
-    folded state and the curvature of the flat bag, ``flat`` both from the flat bag.
+    folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
+    both from the folded state (only pressure opens it).
     """
 
     stiffness: float = rule(1.0, above=0.0)
@@ -94,7 +95,7 @@ class Structure:
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "patch"))
-    reference: str = rule("folded", choices=("folded", "flat"))
+    reference: str = rule("folded", choices=("folded", "flat", "creased"))
 
 
 @dataclass(frozen=True)

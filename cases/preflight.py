@@ -31,6 +31,7 @@ LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
 REFERENCES = {
     "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
     "flat": "the flat bag: stretched by the folds, starts with a relaxation",
+    "creased": "the folded state: at rest when folded, only pressure opens it",
 }
 
 

@@ -15,6 +15,7 @@ from .flow import run as flow_run
 from .output.animation import animation
 from .output.atomic import remove_parts, replacing
 from .output.checkpoint import Checkpoint, CheckpointError, load, scene_hash
+from .output.comparison import comparison
 from .output.history import History, read_history
 from .output.iterations import Iterations
 from .output.picture import NoPicture, overview
@@ -162,6 +163,23 @@ def animate(folder: Path) -> Path:
     """
     try:
         return animation(folder)
+    except NoPicture as error:
+        raise FolderError(str(error)) from error
+
+
+def compare(folder: Path, other: Path) -> Path:
+    """Draw beside.png in ``folder``: cuts of both runs at equal volumes.
+
+    Raises
+    ------
+    FolderError
+        One of them holds no run, or nothing to draw.
+    """
+    for run in (folder, other):
+        if not (run / "history.csv").exists():
+            raise FolderError(f"{run} holds no history.csv; is it a run folder?")
+    try:
+        return comparison(folder / "beside.png", [(folder, other)])
     except NoPicture as error:
         raise FolderError(str(error)) from error
 

@@ -9,13 +9,16 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import cases
 from cases import benchmarks, cli
 from cases.benchmarks import report
 from cases.output.atomic import SUFFIX
+from cases.output.comparison import _matched
 from cases.output.history import read_history
+from cases.output.picture import NoPicture
 from cases.output.vtk import read_frames
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -138,6 +141,25 @@ def test_resume_and_report_want_a_run(tmp_path, whole, use, capsys):
     picture.unlink()
     assert cli.main(["report", str(whole)]) == 0
     assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_report_puts_a_run_beside_another(tmp_path, whole, use, capsys):
+    use()
+    other = tmp_path / "run"
+    cli.main([*RUN, "--set", "fluid.model='pressure'", "--out", str(other)])
+    assert cli.main(["report", str(whole), "--beside", str(other)]) == 0
+    assert (whole / "beside.png").read_bytes()[:4] == b"\x89PNG"
+    capsys.readouterr()
+    assert cli.main(["report", str(whole), "--beside", str(tmp_path)]) == 2
+    assert "holds no history.csv" in capsys.readouterr().err
+
+
+def test_frames_are_matched_by_volume():
+    first, second = np.linspace(1.0, 3.0, 21), np.linspace(1.0, 5.0, 9)
+    for i, j in _matched(first, second):
+        assert abs(first[i] - second[j]) <= 0.25 + 1e-12  # half a frame of the coarser run
+    with pytest.raises(NoPicture, match="no growing volume"):
+        _matched(np.ones(3), second)
 
 
 def test_resume_refuses_a_changed_scene(tmp_path, use, capsys):
