@@ -39,7 +39,7 @@ def test_scenes_are_valid_and_round_trip(name, tmp_path):
         ("goal.region=[2.0,1.9,-1.0,-0.9]", "is empty"),
         ("flow.reynolds=5000", "out of the laminar range"),
         ("flow.refinements=2", "'exact' shares do not exist on triangles"),
-        ("kind='steady'", "is none of 'inflation', 'model-adaptivity'"),
+        ("kind='steady'", "is none of 'inflation', 'capsule', 'model-adaptivity'"),
         ("mesh.degree=2", "unknown key"),
         ("adaptivity.indicator='count'", "is none of"),
     ],
