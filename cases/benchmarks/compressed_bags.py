@@ -28,6 +28,7 @@ from hbem.single_layer import DirectSingleLayer, SingleLayer, single_layer
 
 from ..geometry.pillow import accordion, round_bag
 from .gaps import gap_traction, relative
+from .report import best
 
 TRACTION = 1e-3  # error asked of the traction; `hbem.accuracy` turns it into matrix tolerances
 STORED = {"aca": (1e-3, 1e-5, 1e-6), "h2": (1e-3, 1e-5, 1e-6)}
@@ -148,9 +149,9 @@ def apply_row(n_s: int) -> dict[str, Any]:
     )
     exact = DirectSingleLayer(layer.surface, layer.near)
     x = np.random.default_rng(1).standard_normal((layer.shape[0] // 3, 3, 1))
-    together = timed(lambda: layer.plain.apply(x), 5)
+    together = best(lambda: layer.plain.apply(x))
     with limited(1) as threads:
-        alone, summed = timed(lambda: layer.plain.apply(x), 5), timed(lambda: exact.far(x), 1)
+        alone, summed = best(lambda: layer.plain.apply(x)), best(lambda: exact.far(x), 1)
     return {
         "case": "far product, flat .05, aca",
         "seconds": alone,
@@ -165,16 +166,6 @@ def apply_row(n_s: int) -> dict[str, Any]:
         "threads ratio": alone / together,
         "reference": "exact rows, random and constant densities",
     }
-
-
-def timed(function: Callable[[], Any], repeats: int) -> float:
-    """Shortest wall time."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - began)
-    return min(times)
 
 
 def manufactured(layer: SingleLayer) -> tuple[np.ndarray, np.ndarray]:

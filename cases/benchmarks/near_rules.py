@@ -6,7 +6,6 @@ Rows of `airfold bench integrals`.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from hbem.single_layer import single_layer
 from hbem.triangles import quadrilaterals, triangle_index
 
 from ..geometry.bodies import fitted, torus
+from .report import best
 
 Row = dict[str, Any]
 DISTANCES = (1e-1, 1e-2, 1e-3, 1e-4)
@@ -227,14 +227,14 @@ def speed_rows(quick: bool) -> list[Row]:
             for layer in (Layer.SINGLE, Layer.DOUBLE):
                 split = _points(near.found[~own], orders, layer)
                 points = (~own).sum() * split + own.sum() * 4 * orders.radial * orders.angular
-                moments = _best(
+                moments = best(
                     lambda s=surface, p=near, k=layer, o=orders: near_moments(
                         s, p, o, k, minus_plain=True
                     )
                 )
                 whole = moments
                 if layer is Layer.SINGLE:
-                    whole = _best(lambda s=surface, o=orders: near_field(s, o))
+                    whole = best(lambda s=surface, o=orders: near_field(s, o))
                 rows.append(
                     {
                         "case": f"speed {layer.name.lower()}",
@@ -262,7 +262,7 @@ def action_rows(quick: bool) -> list[Row]:
         single = single_layer(body, body.coefficients, storage="direct")
         double = double_layer(single.surface, QuadratureOrders())
         x = np.random.default_rng(0).standard_normal(single.shape[0])
-        v, k = _best(lambda a=single, x=x: a @ x, 5), _best(lambda a=double, x=x: a @ x, 5)
+        v, k = best(lambda a=single, x=x: a @ x), best(lambda a=double, x=x: a @ x)
         rows.append(
             {
                 "case": "action of K", "elements": n * n, "seconds": k, "peer": "action of V",
@@ -271,13 +271,3 @@ def action_rows(quick: bool) -> list[Row]:
             }
         )  # fmt: skip
     return rows
-
-
-def _best(function: Callable[[], Any], repeats: int = 3) -> float:
-    function()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)

@@ -62,10 +62,10 @@ def calibrate(pairs: Callable[[], int] | None = None, size: int = 1000) -> dict[
         Evaluates a kernel once (compiled before) and returns how many pairs of points it did.
     """
     a = np.random.default_rng(0).standard_normal((size, size))
-    speed = {"dgemm_gflops": 2e-9 * size**3 / _best(lambda: a @ a)}
+    speed = {"dgemm_gflops": 2e-9 * size**3 / best(lambda: a @ a)}
     if pairs is not None:
         count = pairs()
-        speed["stokeslet_pairs_per_s"] = count / _best(pairs)
+        speed["stokeslet_pairs_per_s"] = count / best(pairs)
     return speed
 
 
@@ -110,7 +110,7 @@ def show(name: str, rows: Sequence[Row], speed: Mapping[str, float]) -> None:
         console.print(table)
 
 
-def _best(function: Callable[[], Any], repeats: int = 5) -> float:
+def best(function: Callable[[], Any], repeats: int = 5) -> float:
     """Shortest of several timings in seconds, after one warm-up."""
     function()
     times = []

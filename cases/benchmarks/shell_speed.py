@@ -7,7 +7,6 @@ and its peer in the speed table.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,8 @@ from shells.splines import SplineSpace
 from shells.support import hinge, supported
 from shells.surface import SplineSurface
 from shells.surface_basis import SurfaceBasis
+
+from .report import best
 
 Row = dict[str, Any]
 
@@ -112,17 +113,6 @@ def panel(n: int, degree: int) -> tuple[KirchhoffLove, np.ndarray, SplineSurface
     )
     noise = np.random.default_rng(0).standard_normal(c.shape)
     return shell, c + 1e-3 * noise, surface
-
-
-def best(function: Callable[[], Any], repeats: int = 5) -> float:
-    """Shortest of several timings, after one warm-up."""
-    function()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
