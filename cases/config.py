@@ -1,8 +1,6 @@
-"""A scene as frozen dataclasses: fields with their units, defaults and admissible ranges.
+"""An inflation as frozen dataclasses: fields with their units, defaults and admissible ranges.
 
-All quantities are non-dimensional: membrane stiffness, areal density and the length unit are 1,
-so that time counts in L sqrt(rho_s (1-nu^2)/(E h)) and pressure in E h/((1-nu^2) L). The fluid
-enters by m = varpi/Re. An optional `Physical` table gives SI values instead.
+Units as in `cases.sections`; the fluid enters by m = varpi/Re.
 """
 
 from __future__ import annotations
@@ -10,21 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
+
+from .sections import Coupling, Output, Physical, Time, rule
 
 # Shapes a scene may name, and whether they have a patch the fluid flows in through.
 GEOMETRIES: Mapping[str, bool] = {"pancake": True, "pillow": True, "sphere": False}
 FOLDS = ("flat", "accordion", "roll", "double")
-
-
-SCHEMES = (
-    "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
-)  # fmt: skip
-
-
-def rule(default: Any, **limits: Any) -> Any:
-    """Field with a default and limits: ``above, least, below, most, choices``."""
-    return field(default=default, metadata=limits)
 
 
 @dataclass(frozen=True)
@@ -132,44 +122,6 @@ class Inflow:
 
 
 @dataclass(frozen=True)
-class Time:
-    """Largest step and end time; dt grows by ``step_growth``, ends the run below ``dt_floor``.
-
-    ``dt_floor = 0`` means ``dt / 2**20``. ``error`` is the tolerated local error of a step (root
-    mean square of the displacement, units of L), ``closing`` the fraction of the smallest gap a
-    step may close; 0 switches either off.
-    """
-
-    dt: float = rule(16.0, above=0.0)
-    end: float = rule(800.0, above=0.0)
-    step_growth: float = rule(1.5, least=1.0)
-    dt_floor: float = rule(0.0, least=0.0)
-    integrator: str = rule("backward-euler", choices=("backward-euler", "bdf2"))
-    error: float = rule(0.0, least=0.0)
-    closing: float = rule(0.5, least=0.0)
-
-
-@dataclass(frozen=True)
-class Coupling:
-    """Scheme and stopping test; ``max_iterations = 0`` is automatic (6 implicit, 30 others).
-
-    ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
-    fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment,
-    ``absolute_tolerance`` in units of L. ``frozen``: in space, a fluid operator is kept while the
-    geometry moves less than what changes the traction in the narrowest gap by this share of
-    ``fluid.tolerance`` (0: never).
-    """
-
-    scheme: str = rule("implicit", choices=SCHEMES)
-    relaxation: float = rule(0.5, above=0.0, most=1.0)
-    dense_limit: int = rule(4000, least=0)
-    max_iterations: int = rule(0, least=0)
-    tolerance: float = rule(1e-4, above=0.0, below=1.0)
-    absolute_tolerance: float = rule(1e-9, least=0.0)
-    frozen: float = rule(0.3, least=0.0, most=1.0)
-
-
-@dataclass(frozen=True)
 class Contact:
     """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
 
@@ -180,64 +132,6 @@ class Contact:
     test: str = rule("auto", choices=("auto", "on", "off"))
     engine: str = rule("auto", choices=("auto", "ipctk", "bound"))
     tessellate: int = rule(3, least=1, most=16)
-
-
-@dataclass(frozen=True)
-class Output:
-    """Steps between checkpoints and between field files (0: none), cells per element side."""
-
-    checkpoint_every: int = rule(10, least=1)
-    fields_every: int = rule(5, least=0)
-    tessellate: int = rule(3, least=1, most=32)
-    picture: bool = rule(True)
-    seed: int = rule(0, least=0)
-
-
-@dataclass(frozen=True)
-class Physical:
-    """SI values: m, m, Pa, -, kg/m^2, Pa s; they determine the groups in `DETERMINED`."""
-
-    length: float = rule(math.nan, above=0.0)
-    thickness: float = rule(math.nan, above=0.0)
-    young_modulus: float = rule(math.nan, above=0.0)
-    areal_density: float = rule(math.nan, above=0.0)
-    viscosity: float = rule(math.nan, above=0.0)
-    poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
-
-    @property
-    def stiffness(self) -> float:
-        """Membrane stiffness E h / (1 - nu^2) in N/m."""
-        return self.young_modulus * self.thickness / (1.0 - self.poisson_ratio**2)
-
-    @property
-    def time_unit(self) -> float:
-        """Seconds in one unit of time."""
-        return self.length * math.sqrt(self.areal_density / self.stiffness)
-
-    @property
-    def pressure_unit(self) -> float:
-        """Pascals in one unit of pressure."""
-        return self.stiffness / self.length
-
-    def groups(self) -> dict[str, float]:
-        """Dimensionless keys of a scene that follow from these values."""
-        return {
-            "structure.stiffness": 1.0,
-            "structure.density": 1.0,
-            "structure.poisson_ratio": self.poisson_ratio,
-            "structure.flexural_rigidity": (self.thickness / self.length) ** 2 / 12.0,
-            "fluid.mass_ratio": self.viscosity / (self.pressure_unit * self.time_unit),
-        }
-
-
-# Dimensionless key -> the key of [physical] that speaks about it.
-DETERMINED: Mapping[str, str] = {
-    "structure.stiffness": "physical.young_modulus",
-    "structure.density": "physical.areal_density",
-    "structure.poisson_ratio": "physical.poisson_ratio",
-    "structure.flexural_rigidity": "physical.thickness",
-    "fluid.mass_ratio": "physical.viscosity",
-}
 
 
 @dataclass(frozen=True)
@@ -253,10 +147,10 @@ class Scene:
     structure: Structure = Structure()
     fluid: Fluid = Fluid()
     inflow: Inflow = Inflow()
-    time: Time = Time()
-    coupling: Coupling = Coupling()
+    time: Time = field(default_factory=Time)
+    coupling: Coupling = field(default_factory=Coupling)
     contact: Contact = Contact()
-    output: Output = Output()
+    output: Output = field(default_factory=Output)
     physical: Physical | None = None
 
     @property
@@ -282,27 +176,6 @@ SECTIONS: Mapping[str, type] = {
     "output": Output,
     "physical": Physical,
 }
-
-
-def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
-    """What is wrong with a value of the right type, one message or none."""
-    values = value if isinstance(value, tuple) else (value,)
-    choices = limits.get("choices")
-    if choices is not None:
-        wrong = value not in choices
-        return [f"{path}: {value!r} is none of {', '.join(map(repr, choices))}"] if wrong else []
-    tests = {
-        "above": (lambda v, x: v > x, "above"),
-        "least": (lambda v, x: v >= x, "at least"),
-        "below": (lambda v, x: v < x, "below"),
-        "most": (lambda v, x: v <= x, "at most"),
-    }
-    shown = list(value) if isinstance(value, tuple) else value
-    return [
-        f"{path}: {shown!r} must be {words} {limits[key]:g}"
-        for key, (test, words) in tests.items()
-        if key in limits and not all(test(v, limits[key]) for v in values)
-    ]
 
 
 def impossible(scene: Scene) -> list[str]:

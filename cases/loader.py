@@ -19,9 +19,10 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from . import config
 from .capsule import config as capsule_config
-from .config import DETERMINED, Physical, Scene, out_of_range
+from .config import Scene
 from .flow import config as flow_config
 from .planar import config as planar_config
+from .sections import DETERMINED, Physical, out_of_range
 from .shell import config as shell_config
 
 # A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.

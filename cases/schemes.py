@@ -11,7 +11,7 @@ from coupling.quasi_newton import QuasiNewton
 from coupling.relaxation import Aitken, Constant, GaussSeidel
 from coupling.stability import starting_relaxation
 
-from .config import Coupling
+from .sections import Coupling
 
 PASSES, SUBITERATIONS = 6, 30  # iterations allowed where the scene says "automatic"
 

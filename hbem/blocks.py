@@ -6,7 +6,7 @@ matrices of a Schwarz preconditioner. Rough ones (one point an element) triple i
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,6 +20,7 @@ from .near import coincidence
 from .patches import tensor_bernstein
 from .sampling import PointSet, SampledSurface
 
+Use = Callable[[int, np.ndarray], np.ndarray]  # number of a patch and its block
 COMPONENTS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
@@ -77,11 +78,11 @@ class ExactBlocks:
         )
         return interleave(block + self.near.components(functions, functions))
 
-    def many(self, patches: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-        """Blocks of several patches in order, on all threads."""
+    def many(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
+        """``use(k, block)`` of every patch, on all threads; no block outlives its use."""
         _ = self._outer_values, self._source_values, self._carriers, self._targets, self._indptr
         with workers() as pool:
-            yield from pool.map(self, patches)
+            return list(pool.map(lambda k: use(k, self(patches[k])), range(len(patches))))
 
     @cached_property
     def _carriers(self) -> csr_matrix:

@@ -53,7 +53,8 @@ class CompressedSingleLayer(SingleLayer):
         items, exact = _exact(self, density[:, :, None], seed)
         whole = (exact + self.near.apply(density[:, :, None])[items])[:, :, 0]
         difference = (self.plain.apply(density[:, :, None])[items] - exact)[:, :, 0]
-        return float(np.linalg.norm(difference) / np.linalg.norm(whole))
+        size = float(np.linalg.norm(whole))
+        return float(np.linalg.norm(difference)) / size if size > 0.0 else 0.0
 
     def measure_on(self, traction: np.ndarray, expected: float) -> None:
         """Measure ``error_traction`` on a solved traction ``(n_dofs, 3)``; warn above expected."""

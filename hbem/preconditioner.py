@@ -25,6 +25,7 @@ from .sampling import SampledSurface
 
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond
+STRIP = 128  # coarse densities tested at once
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class SchwarzOptions:
     """
 
     own: int = 64
-    overlap: float = 2.5
+    overlap: float = 2.0
 
     def __post_init__(self) -> None:
         if self.own < 1 or self.overlap < 0.0:
@@ -126,11 +127,13 @@ class TwoLevelSchwarz:
     own, patches : lists of int array
         Vector dofs of each cluster and of the patch around it.
     inverses : list of (n_own, n_patch) array
-        Rows of the patch inverses.
+        Rows of the patch inverses, in single precision.
     coarse : (3 n, k) sparse matrix
         Coarse densities Z; multipliers are coarse unknowns too.
-    image : (size, k + m) array
-        ``S Z``.
+    image : (3 n, k) array
+        ``A Z``, in single precision: half the memory, and GMRES keeps what it was given.
+    columns, tested : (3 n, m), (k, m) array
+        C of the saddle system and ``Z^T C``.
     factors : tuple
         LU of ``E = Z^T S Z``.
     seconds : dict
@@ -142,14 +145,17 @@ class TwoLevelSchwarz:
     inverses: list[np.ndarray]
     coarse: csr_matrix
     image: np.ndarray
+    columns: np.ndarray
+    tested: np.ndarray
     factors: tuple[np.ndarray, np.ndarray]
     seconds: dict[str, float]
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
-        n = self.coarse.shape[0]
+        n, k = self.coarse.shape
         a = lu_solve(self.factors, np.concatenate([self._transposed @ v[:n], v[n:]]))
-        r = v - self.image @ a
-        y = np.concatenate([self.coarse @ a[: self.coarse.shape[1]], a[self.coarse.shape[1] :]])
+        r = v[:n] - self.columns @ a[k:] - self.image @ a[:k].astype(np.float32)
+        r = r.astype(np.float32)
+        y = np.concatenate([self.coarse @ a[:k], a[k:]])
         for own, patch, inverse in zip(self.own, self.patches, self.inverses, strict=True):
             y[own] += inverse @ r[patch]
         return y
@@ -187,20 +193,19 @@ def two_level_schwarz(
     clusters = bisect(functions.positions, options.own)
     around = patches_around(functions, clusters, options.overlap)
     start = time.perf_counter()
-    blocks = system.operator.blocks(around)
-    inverses = [_own_rows(b, 3 * own.size) for own, b in zip(clusters, blocks, strict=True)]
+    inverses = system.operator.blocks(
+        around, lambda k, block: _own_rows(block, 3 * clusters[k].size)
+    )
     middle = time.perf_counter()
     size = options.coarse_size(functions.sizes.size)
     wide = clusters if size == options.own else bisect(functions.positions, size)
     coarse = coarse_space(functions, wide)
-    image, factors = _coarse_level(system, coarse)
     return TwoLevelSchwarz(
         [vector_dofs(c) for c in clusters],
         [vector_dofs(p) for p in around],
         inverses,
         coarse.densities,
-        image,
-        factors,
+        *_coarse_level(system, coarse),
         {"patches": middle - start, "coarse": time.perf_counter() - middle},
     )
 
@@ -208,16 +213,20 @@ def two_level_schwarz(
 def _own_rows(block: np.ndarray, n_own: int) -> np.ndarray:
     """First rows of the inverse of a patch matrix."""
     unit = np.eye(block.shape[0], n_own)
-    return lu_solve(lu_factor(block, check_finite=False), unit, trans=1, check_finite=False).T
+    rows = lu_solve(lu_factor(block, check_finite=False), unit, trans=1, check_finite=False).T
+    return rows.astype(np.float32)
 
 
 def _coarse_level(
     system: SaddleSystem, coarse: CoarseSpace
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """``S Z`` and the factors of ``Z^T S Z``, multipliers last."""
-    n, m, z = system.n, system.columns.shape[1], coarse.densities
-    image = np.zeros((system.size, z.shape[1] + m))
-    image[:n, : z.shape[1]] = system.operator.image(coarse)
-    image[n:, : z.shape[1]] = (z.T @ system.columns).T
-    image[:n, z.shape[1] :] = system.columns
-    return image, lu_factor(np.concatenate([z.T @ image[:n], image[n:]]))
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """``A Z``, C, ``Z^T C`` and the factors of ``Z^T S Z``, multipliers last."""
+    z, columns = coarse.densities, system.columns
+    image, tested = system.operator.image(coarse), z.T @ columns
+    k, m = tested.shape
+    matrix = np.zeros((k + m, k + m))
+    for first in range(0, k, STRIP):
+        strip = slice(first, min(first + STRIP, k))
+        matrix[:k, strip] = z.T @ image[:, strip].astype(float)
+    matrix[:k, k:], matrix[k:, :k] = tested, tested.T
+    return image.astype(np.float32, copy=False), columns, tested, lu_factor(matrix)

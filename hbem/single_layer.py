@@ -8,7 +8,7 @@ determined up to a constant pressure, which the constraint ``<tau, n> = 0`` fixe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from . import _far_kernels as kernels
-from .blocks import ExactBlocks, vector_dofs
+from .blocks import ExactBlocks, Use, vector_dofs
 from .coarse_image import CoarseSpace, coarse_image
 from .compression import STORED_LIMIT, Compression
 from .near import coincidence
@@ -56,9 +56,9 @@ class SingleLayer(LinearOperator):
         """The matrix ``(3 n_dofs, 3 n_dofs)``."""
         raise NotImplementedError
 
-    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
-        """Exact blocks ``(3 n, 3 n)`` between the functions of each patch, in order."""
-        return ExactBlocks(self.surface, self.near).many(patches)
+    def blocks(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
+        """``use(k, block)`` of the exact block ``(3 n, 3 n)`` of each patch's functions."""
+        return ExactBlocks(self.surface, self.near).many(patches, use)
 
     def image(self, coarse: CoarseSpace) -> np.ndarray:
         """Product with all coarse densities, to about 1e-3: ``(3 n_dofs, k)``."""
@@ -78,8 +78,9 @@ class StoredSingleLayer(SingleLayer):
     def dense(self) -> np.ndarray:
         return self._matrix
 
-    def blocks(self, patches: Sequence[np.ndarray]) -> Iterable[np.ndarray]:
-        return (self._matrix[np.ix_(d, d)] for d in map(vector_dofs, patches))
+    def blocks(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
+        parts = map(vector_dofs, patches)
+        return [use(k, self._matrix[np.ix_(d, d)]) for k, d in enumerate(parts)]
 
     def image(self, coarse: CoarseSpace) -> np.ndarray:
         # rows of a transposed product: both factors are then read in their storage order

@@ -21,8 +21,8 @@ from coupling.time_loop import Simulation
 
 from .. import build as space
 from .. import loader
-from ..config import SCHEMES
 from ..planar import build as plane
+from ..sections import SCHEMES
 from . import coupling_capsule, coupling_rates, coupling_stress
 from .pancake import FAST, History
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ..config import Coupling, Output, Time, rule
+from ..sections import Coupling, Output, Time, rule
 
 
 @dataclass(frozen=True)

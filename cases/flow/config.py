@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..config import rule
+from ..sections import rule
 
 # The channel and the square cavity below it: (left, right, bottom, top) [T fig. 7.2].
 RECTANGLES = ((0.0, 3.0, 0.0, 1.0), (1.0, 2.0, -1.0, 0.0))

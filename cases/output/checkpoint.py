@@ -14,8 +14,9 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..config import Output, Scene
+from ..config import Scene
 from ..loader import write
+from ..sections import Output
 from .atomic import replacing
 from .recorder import Silent
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..config import Physical
+from ..sections import Physical
 from .atomic import keep_lines
 from .recorder import Silent
 

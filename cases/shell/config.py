@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..config import rule
+from ..sections import rule
 
 
 @dataclass(frozen=True)
