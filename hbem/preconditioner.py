@@ -18,6 +18,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
+from ._mixed_kernels import product
 from .blocks import vector_dofs
 from .coarse_image import CoarseSpace, bisect
 from .krylov import SaddleSystem
@@ -127,11 +128,11 @@ class TwoLevelSchwarz:
     own, patches : lists of int array
         Vector dofs of each cluster and of the patch around it.
     inverses : list of (n_own, n_patch) array
-        Rows of the patch inverses, in single precision.
+        Rows of the patch inverses.
     coarse : (3 n, k) sparse matrix
         Coarse densities Z; multipliers are coarse unknowns too.
     image : (3 n, k) array
-        ``A Z``, in single precision: half the memory, and GMRES keeps what it was given.
+        ``A Z``, stored in single precision: the largest array by far.
     columns, tested : (3 n, m), (k, m) array
         C of the saddle system and ``Z^T C``.
     factors : tuple
@@ -153,8 +154,9 @@ class TwoLevelSchwarz:
     def __call__(self, v: np.ndarray) -> np.ndarray:
         n, k = self.coarse.shape
         a = lu_solve(self.factors, np.concatenate([self._transposed @ v[:n], v[n:]]))
-        r = v[:n] - self.columns @ a[k:] - self.image @ a[:k].astype(np.float32)
-        r = r.astype(np.float32)
+        r = np.empty(n)
+        product(self.image, a[:k], r)
+        r = v[:n] - self.columns @ a[k:] - r
         y = np.concatenate([self.coarse @ a[:k], a[k:]])
         for own, patch, inverse in zip(self.own, self.patches, self.inverses, strict=True):
             y[own] += inverse @ r[patch]
@@ -213,8 +215,7 @@ def two_level_schwarz(
 def _own_rows(block: np.ndarray, n_own: int) -> np.ndarray:
     """First rows of the inverse of a patch matrix."""
     unit = np.eye(block.shape[0], n_own)
-    rows = lu_solve(lu_factor(block, check_finite=False), unit, trans=1, check_finite=False).T
-    return rows.astype(np.float32)
+    return lu_solve(lu_factor(block, check_finite=False), unit, trans=1, check_finite=False).T
 
 
 def _coarse_level(
@@ -229,4 +230,4 @@ def _coarse_level(
         strip = slice(first, min(first + STRIP, k))
         matrix[:k, strip] = z.T @ image[:, strip].astype(float)
     matrix[:k, k:], matrix[k:, :k] = tested, tested.T
-    return image.astype(np.float32, copy=False), columns, tested, lu_factor(matrix)
+    return np.ascontiguousarray(image, dtype=np.float32), columns, tested, lu_factor(matrix)
