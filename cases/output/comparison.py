@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLUMNS = 5
+WIDTH = 15  # inches
+LEGEND = 0.4  # height below each cut, in widths of one
 COLOURS = ("tab:blue", "tab:red")
 
 
@@ -43,9 +45,10 @@ def comparison(path: Path, pairs: Sequence[tuple[Path, Path]]) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(15, 3.4 * len(pairs)), dpi=100, layout="constrained")
+    figure = Figure(dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.subplots(len(pairs), COLUMNS, squeeze=False)
+    heights = []
     for row, pair in zip(grid, pairs, strict=True):
         volumes = [_volumes(folder) for folder in pair]
         for axes, (i, j) in zip(row, _matched(*volumes), strict=True):
@@ -54,8 +57,17 @@ def comparison(path: Path, pairs: Sequence[tuple[Path, Path]]) -> Path:
             axes.set_aspect("equal")
             axes.autoscale_view()
             axes.tick_params(labelsize=7)
-            axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.1), frameon=False)
+            axes.legend(
+                fontsize=7,
+                loc="upper center",
+                bbox_to_anchor=(0.5, 0.0),
+                borderaxespad=2.5,
+                frameon=False,
+            )
         row[0].set_ylabel(f"{pair[0].name}\nz")
+        heights.append(max(axes.dataLim.height / axes.dataLim.width for axes in row) + LEGEND)
+    grid[0, 0].get_gridspec().set_height_ratios(heights)
+    figure.set_size_inches(WIDTH, WIDTH / COLUMNS * sum(heights))
     part = path.with_name(path.stem + ".part.png")
     figure.savefig(part)
     part.replace(path)
