@@ -18,7 +18,6 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
-from ._mixed_kernels import product
 from .blocks import vector_dofs
 from .coarse_image import CoarseSpace, bisect
 from .krylov import SaddleSystem
@@ -26,7 +25,7 @@ from .sampling import SampledSurface
 
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond
-STRIP = 128  # coarse densities tested at once
+STRIP = 128  # rows or columns of a single-precision image taken at once
 
 
 @dataclass(frozen=True)
@@ -154,9 +153,10 @@ class TwoLevelSchwarz:
     def __call__(self, v: np.ndarray) -> np.ndarray:
         n, k = self.coarse.shape
         a = lu_solve(self.factors, np.concatenate([self._transposed @ v[:n], v[n:]]))
-        r = np.empty(n)
-        product(self.image, a[:k], r)
-        r = v[:n] - self.columns @ a[k:] - r
+        r = v[:n] - self.columns @ a[k:]
+        for first in range(0, n, STRIP):  # double precision, of a strip that stays in the cache
+            strip = slice(first, first + STRIP)
+            r[strip] -= self.image[strip].astype(float) @ a[:k]
         y = np.concatenate([self.coarse @ a[:k], a[k:]])
         for own, patch, inverse in zip(self.own, self.patches, self.inverses, strict=True):
             y[own] += inverse @ r[patch]
