@@ -101,8 +101,8 @@ def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def coarse_image(surface: SampledSurface, near: NearField, coarse: CoarseSpace) -> np.ndarray:
-    """``A Z``, dense ``(3 n_dofs, k)`` in single precision."""
-    image = (near.matrix() @ coarse.densities).astype(np.float32).toarray()
+    """``A Z``, dense ``(3 n_dofs, k)``."""
+    image = (near.matrix() @ coarse.densities).toarray()
     image = image.reshape(surface.patches.n_dofs, 3, -1)
     sources = [_strengths(surface, coarse, c) for c in range(len(coarse.clusters))]
     targets = _target_clusters(surface, len(coarse.clusters))

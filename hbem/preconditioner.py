@@ -25,7 +25,6 @@ from .sampling import SampledSurface
 
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond
-STRIP = 128  # rows or columns of a single-precision image taken at once
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class SchwarzOptions:
     """
 
     own: int = 64
-    overlap: float = 2.0
+    overlap: float = 2.5
 
     def __post_init__(self) -> None:
         if self.own < 1 or self.overlap < 0.0:
@@ -131,7 +130,7 @@ class TwoLevelSchwarz:
     coarse : (3 n, k) sparse matrix
         Coarse densities Z; multipliers are coarse unknowns too.
     image : (3 n, k) array
-        ``A Z``, stored in single precision: the largest array by far.
+        ``A Z``, the largest array by far.
     columns, tested : (3 n, m), (k, m) array
         C of the saddle system and ``Z^T C``.
     factors : tuple
@@ -153,10 +152,7 @@ class TwoLevelSchwarz:
     def __call__(self, v: np.ndarray) -> np.ndarray:
         n, k = self.coarse.shape
         a = lu_solve(self.factors, np.concatenate([self._transposed @ v[:n], v[n:]]))
-        r = v[:n] - self.columns @ a[k:]
-        for first in range(0, n, STRIP):  # double precision, of a strip that stays in the cache
-            strip = slice(first, first + STRIP)
-            r[strip] -= self.image[strip].astype(float) @ a[:k]
+        r = v[:n] - self.columns @ a[k:] - self.image @ a[:k]
         y = np.concatenate([self.coarse @ a[:k], a[k:]])
         for own, patch, inverse in zip(self.own, self.patches, self.inverses, strict=True):
             y[own] += inverse @ r[patch]
@@ -226,8 +222,6 @@ def _coarse_level(
     image, tested = system.operator.image(coarse), z.T @ columns
     k, m = tested.shape
     matrix = np.zeros((k + m, k + m))
-    for first in range(0, k, STRIP):
-        strip = slice(first, min(first + STRIP, k))
-        matrix[:k, strip] = z.T @ image[:, strip].astype(float)
+    matrix[:k, :k] = z.T @ image
     matrix[:k, k:], matrix[k:, :k] = tested, tested.T
-    return np.ascontiguousarray(image, dtype=np.float32), columns, tested, lu_factor(matrix)
+    return image, columns, tested, lu_factor(matrix)
