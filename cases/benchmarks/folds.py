@@ -33,7 +33,7 @@ __all__ = ["pairs", "run"]
 PANEL, GAP = 10.0, 0.4  # fold radii
 # measured on two folds: 1e-4 leaves tractions wrong by 3.8e-3
 TOLERANCE = 1e-5
-EXACT = 100_000  # unknowns up to which data come from exact sums; 16 folds would take 8 minutes
+EXACT = 100_000  # unknowns up to which exact sums check the traction; 16 folds would take 8 minutes
 DENSE = 25_000  # unknowns up to which a dense matrix is solved beside
 DENSE_TOLERANCE = 1e-9  # by GMRES: OpenBLAS' LU of 23000 unknowns crashed
 
