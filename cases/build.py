@@ -20,11 +20,11 @@ from coupling.protocols import Recorder, State
 from coupling.stability import contraction_measured
 from coupling.step_control import StepControl
 from coupling.time_loop import Simulation, Tolerances
-from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove, curvature_in_frame
-from shells.material import Material
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume
+from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.surface_basis import SurfaceBasis
 
 from .config import Scene
 from .contact import certified

@@ -13,12 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
-from .patches import (
-    SurfacePatches,
-    centred_powers,
-    tensor_bernstein,
-    tensor_bernstein_gradient,
-)
+from .patches import SurfacePatches, centred_powers, tensor_bernstein, tensor_bernstein_gradient
 from .pieces import Pieces, balls, divide, grid_points
 from .quadrature import QuadratureOrders, gauss_square
 from .triangles import quadrilaterals, turning

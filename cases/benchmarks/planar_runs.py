@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from coupling.protocols import Outcome, State
-from shells.dynamics import ShellStructure
+from shells.equilibrium.structure import ShellStructure
 
 from .. import loader
 from ..planar import build

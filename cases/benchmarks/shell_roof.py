@@ -12,12 +12,12 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 from skfem import LinearForm
 
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.splines import SplineSpace
-from shells.support import hinge, pin, supported
-from shells.surface import SplineSurface
-from shells.surface_basis import SurfaceBasis
+from shells.conditions.supports import hinge, pin, supported
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 Row = dict[str, Any]
 CONVERGED = -0.300592457  # p = 4 on 32^2 and p = 5 on 48^2 agree to these digits

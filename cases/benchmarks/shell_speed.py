@@ -13,19 +13,19 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import BilinearForm, LinearForm
 
-from shells import _shell_kernels as kernels
-from shells.continuation import load_path
-from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.mechanism import coefficients_of
-from shells.multigrid import multigrid
-from shells.newton import factorize
-from shells.pointwise import PointwiseShell, StVenantKirchhoff
-from shells.splines import SplineSpace
-from shells.support import hinge, supported
-from shells.surface import SplineSurface
-from shells.surface_basis import SurfaceBasis
+from shells.conditions.rigid_motions import coefficients_of
+from shells.conditions.supports import hinge, supported
+from shells.energy import _shell_kernels as kernels
+from shells.energy.hyperelastic import PointwiseShell, StVenantKirchhoff
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.equilibrium.load_paths import load_path
+from shells.equilibrium.multigrid import multigrid
+from shells.equilibrium.newton import factorize
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 from .report import best
 

@@ -10,14 +10,14 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.minimise import minimise
-from shells.pointwise import NeoHookean, PointwiseShell
-from shells.support import extraction
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume
+from shells.conditions.supports import extraction
+from shells.energy.hyperelastic import NeoHookean, PointwiseShell
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume
+from shells.equilibrium.minimise import minimise
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.surface_basis import SurfaceBasis
 
 from ..geometry.revolution import sphere
 from .shell_roof import formulation_rows, locking_rows, rate_rows, roof

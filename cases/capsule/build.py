@@ -13,12 +13,12 @@ from coupling.step_control import StepControl
 from coupling.time_loop import Simulation, Tolerances
 from hbem.accuracy import budget
 from hbem.enclosed_flow import EnclosedStokes
-from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.support import extraction
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume
+from shells.conditions.supports import extraction
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.surface_basis import SurfaceBasis
 
 from ..build import Sampler
 from ..geometry.bag import Bag

@@ -31,7 +31,7 @@ def initial_bag(scene: Scene) -> Bag:
 
 def _pillow(g: Geometry, m: Mesh, seed: int) -> Bag:
     """A flat or folded pillow bag."""
-    from shells.pillow import Pillow
+    from shells.surfaces.pillow import Pillow
 
     from .folded import folded_bag
     from .folding import accordion_folding, double_folding, flat, roll_folding

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shells.tensor_surface import TensorSurface
+from shells.surfaces.tensor_surface import TensorSurface
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
 from hbem.patches import BezierPatches, bernstein, tensor_bernstein
-from shells.splines import SplineSpace
-from shells.surface import SplineSurface
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
 
 DEGREE = 8
 FIT = 1e-9  # largest accepted geometry error, relative to the body

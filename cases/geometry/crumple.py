@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from coupling.sampled_mesh import SampledMesh, available, grid_cells
-from shells.pillow import Pillow
+from shells.surfaces.pillow import Pillow
 
 ROUNDS = 8
 WAVES = 12  # Fourier modes of one displacement

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shells.pillow import Pillow
-from shells.support import extraction
+from shells.conditions.supports import extraction
+from shells.surfaces.pillow import Pillow
 
 from .bag import Bag
 from .crumple import crumple

@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from shells.splines import SplineSpace
-from shells.support import extraction
-from shells.support import rim as held_rim
-from shells.surface import SplineSurface
+from shells.conditions.supports import extraction
+from shells.conditions.supports import rim as held_rim
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
 
 from .bag import Bag
 from .revolution import revolve, ring_space

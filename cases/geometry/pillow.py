@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
 
 from hbem.patches import BezierPatches
-from shells.pillow import Pillow
+from shells.surfaces.pillow import Pillow
 
 from .fold import PlanarCurve, zigzag
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from shells.splines import SplineSpace
-from shells.surface import SplineSurface, ring_scale
+from shells.surfaces.spline_surface import SplineSurface, ring_scale
+from shells.surfaces.splines import SplineSpace
 
 
 def revolve(profile: np.ndarray, t: SplineSpace) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from .vtk import write_grid
 
 if TYPE_CHECKING:
-    from shells.kirchhoff_love import KirchhoffLove
+    from shells.energy.kirchhoff_love import KirchhoffLove
 
 
 def shell_grid(
@@ -40,8 +40,8 @@ def shell_grid(
         ``points (n, 3)``, ``quads (m, 4)``, ``point_data`` (displacement), ``cell_data``
         (principal stretches, membrane forces and moments in the reference frame).
     """
-    from shells.mechanism import coefficients_of
-    from shells.stress import stress
+    from shells.conditions.rigid_motions import coefficients_of
+    from shells.energy.stress import stress
 
     surface = shell.basis.surface
     reference = coefficients_of(shell.basis)

@@ -17,11 +17,11 @@ from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
 from hbem.planar.potential import PlanarPotential
 from hbem.planar.stokes import PlanarStokes
-from shells.curve import CurveBasis, EnclosedArea, end_supports
-from shells.dynamics import ShellStructure
-from shells.elastic_string import ElasticString
-from shells.material import Material
-from shells.planar_shell import PlanarMembrane, PlanarShell
+from shells.energy.elastic_string import ElasticString
+from shells.energy.material import Material
+from shells.energy.planar_shell import PlanarMembrane, PlanarShell
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports
 
 from ..geometry.planar import PlanarBag, planar_bag
 from ..inflow import prescribed_volume

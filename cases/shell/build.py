@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from shells.continuation import Path, load_path
-from shells.dynamics import Follower, ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.loads import end_moment, line_load
-from shells.material import Material
-from shells.splines import SplineSpace
-from shells.support import clamp, supported
-from shells.surface import SplineSurface
-from shells.surface_basis import SurfaceBasis
+from shells.conditions.loads import end_moment, line_load
+from shells.conditions.supports import clamp, supported
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.equilibrium.load_paths import Path, load_path
+from shells.equilibrium.structure import Follower, ShellStructure
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 from .config import NEWTON, Geometry, Mesh, Scene
 
@@ -49,7 +49,7 @@ class Problem:
     def follow(
         self, fractions: Sequence[float], coefficients: np.ndarray | None = None, **options: Any
     ) -> Path:
-        """Equilibria at load fractions (see `shells.continuation.load_path`)."""
+        """Equilibria at load fractions (see `shells.equilibrium.load_paths.load_path`)."""
         start = self.start if coefficients is None else coefficients
         return load_path(self.structure, start, self.load, fractions, **options)
 

@@ -25,7 +25,7 @@ from .published import Reference, reference
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from shells.continuation import Path as LoadPath
+    from shells.equilibrium.load_paths import Path as LoadPath
 
     from .build import Problem
 

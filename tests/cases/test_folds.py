@@ -21,7 +21,7 @@ from cases.geometry.folding import accordion_folding, double_folding, flat, roll
 from cases.geometry.inspection import faced, inspect, strain_energy
 from cases.preflight import volume
 from coupling.protocols import Result, State
-from shells.pillow import Pillow
+from shells.surfaces.pillow import Pillow
 
 COARSE = ["mesh.around=24", "fluid.model=pressure"]
 

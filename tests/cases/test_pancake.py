@@ -11,7 +11,7 @@ from cases.inflow import ramp_integral
 from cases.preflight import forecast, volume
 from coupling.protocols import Result, State
 from coupling.stability import contraction_measured
-from shells.continuation import static_path
+from shells.equilibrium.load_paths import static_path
 
 
 @pytest.fixture(scope="module")

@@ -11,19 +11,12 @@ import numpy as np
 import pytest
 
 from cases.geometry.fold import PlanarCurve, roll, zigzag
-from cases.geometry.pillow import (
-    accordion,
-    fit,
-    flattened,
-    rectangle,
-    round_bag,
-    unit_sphere,
-)
+from cases.geometry.pillow import accordion, fit, flattened, rectangle, round_bag, unit_sphere
 from hbem.quadrature import QuadratureOrders
 from hbem.sampling import sample
-from shells.pillow import Pillow
-from shells.splines import bernstein
-from shells.surface_basis import SurfaceBasis
+from shells.surfaces.pillow import Pillow
+from shells.surfaces.splines import bernstein
+from shells.surfaces.surface_basis import SurfaceBasis
 
 
 def at(surface: Pillow, coefficients: np.ndarray, s: np.ndarray, t: np.ndarray) -> tuple:

@@ -6,14 +6,7 @@ import pytest
 from cases.benchmarks import planar_layers as layers
 from cases.planar import exact
 from hbem.planar.contact import ContactForce
-from hbem.planar.polygon import (
-    Boundary,
-    OuterRule,
-    crossing,
-    edges,
-    meeting,
-    smallest_gap,
-)
+from hbem.planar.polygon import Boundary, OuterRule, crossing, edges, meeting, smallest_gap
 from hbem.planar.potential import PlanarPotential
 from hbem.planar.stokes import PlanarStokes, StokesSystem, stokes_layers
 

@@ -8,16 +8,16 @@ from skfem.helpers import dd, ddot
 
 from cases.benchmarks import shell_roof, shell_rotations, shell_speed
 from cases.geometry.revolution import flat_bag, sphere
-from shells.dynamics import ShellState, ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.minimise import minimise
-from shells.pointwise import NeoHookean, PointwiseShell
-from shells.splines import SplineSpace
-from shells.support import extraction, vector_dofs
-from shells.surface import SplineSurface, ring_scale
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume, OpenVolume
+from shells.conditions.supports import extraction, vector_dofs
+from shells.energy.hyperelastic import NeoHookean, PointwiseShell
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume, OpenVolume
+from shells.equilibrium.minimise import minimise
+from shells.equilibrium.structure import ShellState, ShellStructure
+from shells.surfaces.spline_surface import SplineSurface, ring_scale
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 
 def stack(*components):

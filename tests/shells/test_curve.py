@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from shells.curve import CurveBasis, EnclosedArea, end_supports, rot
-from shells.dynamics import ShellStructure
-from shells.elastic_string import ElasticString
-from shells.material import Material
-from shells.planar_shell import PlanarShell
+from shells.energy.elastic_string import ElasticString
+from shells.energy.material import Material
+from shells.energy.planar_shell import PlanarShell
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports, rot
 
 
 def arc(n=16, angle=1.9 * np.pi, radius=2.0):

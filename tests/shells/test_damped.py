@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.sparse import diags
 
-from shells.damped import DampedFactor
-from shells.newton import factorize
+from shells.equilibrium.damped_tangent import DampedFactor
+from shells.equilibrium.newton import factorize
 
 
 @pytest.mark.parametrize("constrained", [False, True])

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from skfem import Functional
 
-from shells.kirchhoff_love import KirchhoffLove
-from shells.material import Material
-from shells.pointwise import NeoHookean, PointwiseShell, StVenantKirchhoff
-from shells.splines import SplineSpace
-from shells.surface import SplineSurface
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume
+from shells.energy.hyperelastic import NeoHookean, PointwiseShell, StVenantKirchhoff
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 MATERIAL = Material(0.03, poisson_ratio=0.3)
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from shells.membrane_rule import patch_rule
-from shells.splines import SplineSpace
-from shells.surface import SplineSurface, pole_rings, ring_scale
+from shells.surfaces.membrane_rule import patch_rule
+from shells.surfaces.spline_surface import SplineSurface, pole_rings, ring_scale
+from shells.surfaces.splines import SplineSpace
 
 BREAKS = np.array([0.0, 1.0, 2.5, 3.0, 4.0, 5.0])
 

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from shells.continuation import load_path, static_path
-from shells.dynamics import ShellStructure
-from shells.kirchhoff_love import KirchhoffLove
-from shells.loads import end_moment, follower_pressure, line_load, point_load
-from shells.material import Material
-from shells.minimise import minimise
-from shells.multigrid import multigrid
-from shells.splines import SplineSpace
-from shells.support import clamp, hinge, pin, supported, symmetry
-from shells.surface import SplineSurface
-from shells.surface_basis import SurfaceBasis
-from shells.volume import EnclosedVolume
+from shells.conditions.loads import end_moment, follower_pressure, line_load, point_load
+from shells.conditions.supports import clamp, hinge, pin, supported, symmetry
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
+from shells.energy.volume import EnclosedVolume
+from shells.equilibrium.load_paths import load_path, static_path
+from shells.equilibrium.minimise import minimise
+from shells.equilibrium.multigrid import multigrid
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.spline_surface import SplineSurface
+from shells.surfaces.splines import SplineSpace
+from shells.surfaces.surface_basis import SurfaceBasis
 
 
 def plate(n=8, m=4, length=4.0, bulge=0.0, degree=3, start=0.0, rigidity=1e-2):
@@ -207,7 +207,7 @@ def test_resultants_and_files_of_a_stretched_strip(tmp_path):
     import meshio
 
     from cases.output.shell_fields import write_shell
-    from shells.stress import stress
+    from shells.energy.stress import stress
 
     _, c, shell = plate(4, 2)
     stretched = c * [1.1, 1.0, 1.0]

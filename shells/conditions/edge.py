@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, diags, kron
 
-from .surface import SplineSurface
+from ..surfaces.spline_surface import SplineSurface
 
 
 @dataclass(frozen=True)

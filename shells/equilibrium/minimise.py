@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dynamics import ShellState, ShellStructure
 from .newton import Outcome, factorize
+from .structure import ShellState, ShellStructure
 
 SHRINK, GROW = 0.25, 4.0
 REACH = 0.1  # largest move of one step over the structure's length

@@ -15,11 +15,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..surfaces.form import ElementForm, Scatter
+from ..surfaces.membrane_rule import MembranePoints, membrane_points
+from ..surfaces.surface_basis import Jets, SurfaceBasis
 from . import _shell_kernels as kernels
-from .form import ElementForm, Scatter
 from .material import Material
-from .membrane_rule import MembranePoints, membrane_points
-from .surface_basis import Jets, SurfaceBasis
 
 
 def frame_transform(reference: Jets) -> np.ndarray:

@@ -12,9 +12,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..energy.volume import EnclosedVolume
+from ..surfaces.surface_basis import SurfaceBasis
 from .edge import edge
-from .surface_basis import SurfaceBasis
-from .volume import EnclosedVolume
 
 Follower = Callable[[np.ndarray], tuple[np.ndarray, csr_matrix]]
 

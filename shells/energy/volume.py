@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..surfaces.form import ElementForm, Scatter
+from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
-from .form import ElementForm, Scatter
-from .surface_basis import SurfaceBasis
 
 
 class EnclosedVolume:
@@ -93,7 +93,7 @@ class EnclosedVolume:
             if np.isin(edge_rows, rows).any():
                 raise ValueError(
                     f"edge {name} is open and moves: the enclosed volume in its full form would "
-                    "load it; fix the edge, or use shells.volume.OpenVolume"
+                    "load it; fix the edge, or use shells.energy.volume.OpenVolume"
                 )
 
 

@@ -15,7 +15,7 @@ from typing import final
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .curve import CurveBasis
+from ..surfaces.curve import CurveBasis
 from .material import Material
 
 

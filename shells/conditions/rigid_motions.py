@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm, LinearForm
 
-from .surface_basis import SurfaceBasis
+from ..surfaces.surface_basis import SurfaceBasis
 
 
 def rigid_modes(points: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ class Mechanism:
             return
         raise ValueError(
             f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
-            "support them (shells.support.pin or another edge), or use shells.minimise, which "
+            "support them (shells.conditions.supports.pin or another edge), or use shells.equilibrium.minimise, which "
             "needs no supports"
         )
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .spline_surface import SplineSurface
 from .splines import SplineSpace, bernstein
-from .surface import SplineSurface
 
 
 def patch_rule(space: SplineSpace) -> tuple[np.ndarray, np.ndarray]:

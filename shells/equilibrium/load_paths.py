@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from .dynamics import Follower, ShellState, ShellStep, ShellStructure
 from .newton import Outcome
+from .structure import Follower, ShellState, ShellStep, ShellStructure
 
 REMEDIES = {
     Outcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
-    "shells.minimise, which descends from unstressed states",
+    "shells.equilibrium.minimise, which descends from unstressed states",
     Outcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of the "
-    "load, use shells.minimise, or refine the mesh there",
-    Outcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.minimise",
+    "load, use shells.equilibrium.minimise, or refine the mesh there",
+    Outcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.equilibrium.minimise",
 }
 
 

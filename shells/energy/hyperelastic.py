@@ -13,10 +13,10 @@ from typing import Protocol
 
 import numpy as np
 
-from .form import Scatter
+from ..surfaces.form import Scatter
+from ..surfaces.surface_basis import SurfaceBasis
 from .kirchhoff_love import KirchhoffLove
 from .material import Material
-from .surface_basis import SurfaceBasis
 
 LEVI = np.zeros((3, 3, 3))
 LEVI[0, 1, 2] = LEVI[1, 2, 0] = LEVI[2, 0, 1] = 1.0

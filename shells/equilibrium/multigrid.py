@@ -1,7 +1,7 @@
 """Algebraic multigrid for very large tangents: smoothed aggregation on the rigid motions.
 
 Conjugate gradients with pyamg's hierarchy; for definite tangents only. The direct factor of
-`shells.newton.factorize` is faster up to a few hundred thousand unknowns and has no such limit.
+`shells.equilibrium.newton.factorize` is faster up to a few hundred thousand unknowns and has no such limit.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import cg
 
-from .mechanism import rigid_modes
+from ..conditions.rigid_motions import rigid_modes
 
 
 def multigrid(

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, splu
 
+from ..conditions.rigid_motions import Mechanism, mechanism
+from ..energy.kirchhoff_love import KirchhoffLove
+from ..energy.volume import EnclosedVolume
 from . import newton
-from .damped import DampedFactor
-from .kirchhoff_love import KirchhoffLove
-from .mechanism import Mechanism, mechanism
-from .volume import EnclosedVolume
+from .damped_tangent import DampedFactor
 
 # A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
 Follower = Callable[[np.ndarray], tuple[np.ndarray, csr_matrix]]
@@ -60,15 +60,15 @@ class ShellStructure:
     ----------
     shell : KirchhoffLove or PlanarMembrane
     extraction : (3 n_full, n_free) sparse matrix
-        Supports and poles (`shells.support.extraction`); coefficients beyond the shell's own
+        Supports and poles (`shells.conditions.supports.extraction`); coefficients beyond the shell's own
         never move.
     volume : EnclosedVolume, optional
         Without it there is no constraint and no pressure.
     tolerance : float
         Newton's largest update over the length of the structure.
     solver : callable
-        Linear solver of Newton's iteration: `shells.newton.factorize`, or
-        `shells.multigrid.multigrid` for very large systems without a volume.
+        Linear solver of Newton's iteration: `shells.equilibrium.newton.factorize`, or
+        `shells.equilibrium.multigrid.multigrid` for very large systems without a volume.
     reuse : float
         Keep a factor while each Newton update is below this fraction of the last (0: never).
 
@@ -344,7 +344,7 @@ class ShellStructure:
             Start of the multiplier.
         load : (n_full, 3) array or callable, optional
             Dead load, or ``load(c)`` returning the load on a configuration and its derivative
-            ``(3 n_full, 3 n_full)``; see `shells.loads`.
+            ``(3 n_full, 3 n_full)``; see `shells.conditions.loads`.
 
         Returns
         -------

@@ -19,8 +19,8 @@ from skfem import BilinearForm, MeshQuad
 from skfem.assembly.basis import AbstractBasis
 from skfem.element import DiscreteField, ElementQuad1
 
+from .spline_surface import SplineSurface
 from .splines import bernstein
-from .surface import SplineSurface
 
 
 def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
