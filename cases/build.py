@@ -12,14 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.contact import minimum_gap
-from coupling.implicit import StructureOnly
-from coupling.integrator import BDF2, BackwardEuler
-from coupling.kept import KeptOperators, reach
+from coupling.contact.smallest_gap import minimum_gap
 from coupling.protocols import Recorder, State
-from coupling.stability import contraction_measured
-from coupling.step_control import StepControl
-from coupling.time_loop import Simulation, Tolerances
+from coupling.schemes.contraction import contraction_measured
+from coupling.schemes.implicit import StructureOnly
+from coupling.stepping.integrator import BDF2, BackwardEuler
+from coupling.stepping.operator_reuse import KeptOperators, reach
+from coupling.stepping.step_control import StepControl
+from coupling.stepping.time_loop import Simulation, Tolerances
 from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume

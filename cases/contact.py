@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import block_diag
 
-from coupling.collision import Collision
-from coupling.sampled_mesh import SampledMesh, available, grid_cells
+from coupling.contact.sampled_mesh import SampledMesh, available, grid_cells
+from coupling.contact.self_intersection import Collision
 
 from .geometry.bag import Bag
 from .loader import SceneError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from coupling.stability import contraction_forecast
+from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
 from hbem.compression import STORED_LIMIT, Compression, choose
 from hbem.quadrature import QuadratureOrders

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from coupling.automatic import Automatic
-from coupling.fixed_point import Partitioned
-from coupling.implicit import Implicit
-from coupling.quasi_newton import QuasiNewton
-from coupling.relaxation import Aitken, Constant, GaussSeidel
-from coupling.stability import starting_relaxation
+from coupling.schemes.automatic import Automatic
+from coupling.schemes.contraction import starting_relaxation
+from coupling.schemes.fixed_point import Partitioned
+from coupling.schemes.implicit import Implicit
+from coupling.schemes.quasi_newton import QuasiNewton
+from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel
 
 from .sections import Coupling
 
@@ -31,7 +31,7 @@ def scheme(
     cheap : float
         Largest rho at which "auto" takes IQN-ILS.
     """
-    first = starting_relaxation(coupling.relaxation, rho)
+    first = starting_relaxation(coupling.schemes.relaxation, rho)
     implicit, iqn = Implicit(coupling.dense_limit), Partitioned(QuasiNewton(first))
     schemes: Mapping[str, Callable[[], object]] = {
         "implicit": lambda: implicit,
@@ -39,7 +39,7 @@ def scheme(
         "auto": lambda: Automatic(rho / dt, iqn, implicit, cheap) if linear else iqn,
         "iqn-ils": lambda: iqn,
         "aitken": lambda: Partitioned(Aitken(first)),
-        "constant": lambda: Partitioned(Constant(coupling.relaxation)),
+        "constant": lambda: Partitioned(Constant(coupling.schemes.relaxation)),
         "gauss-seidel": lambda: Partitioned(GaussSeidel()),
     }
     return schemes[coupling.scheme]()

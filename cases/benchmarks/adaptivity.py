@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from coupling.model_adaptivity.loop import Step, Strategy, adapt, full_model
-from coupling.model_adaptivity.mixed_flow import MixedFlow
-from coupling.model_adaptivity.newton import robust
+from coupling.model_adaptivity.adaptive_loop import Step, Strategy, adapt, full_model
+from coupling.navier_stokes.flow import MixedFlow
+from coupling.navier_stokes.newton import robust
 
 from .. import loader
 from ..flow import build

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from coupling.protocols import State, Structure
-from coupling.stability import film_symbol, worst_mode
-from coupling.time_loop import Simulation
+from coupling.schemes.contraction import film_symbol, worst_mode
+from coupling.stepping.time_loop import Simulation
 
 from .. import build as space
 from .. import loader

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.boundary_loop import adapt_boundary
-from coupling.model_adaptivity.loop import Strategy, full_model
-from coupling.model_adaptivity.mixed_flow import MixedFlow
-from coupling.model_adaptivity.newton import robust
-from coupling.model_adaptivity.partitioned import Scheme, partitioned
-from coupling.model_adaptivity.substructure import cut, monolithic
-from coupling.quasi_newton import QuasiNewton
-from coupling.relaxation import Aitken, GaussSeidel, Relaxation
+from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
+from coupling.navier_stokes.flow import MixedFlow
+from coupling.navier_stokes.newton import robust
+from coupling.partitions.boundary_loop import adapt_boundary
+from coupling.partitions.interface_iterations import Scheme, partitioned
+from coupling.partitions.substructure import cut, monolithic
+from coupling.schemes.quasi_newton import QuasiNewton
+from coupling.schemes.relaxation import Aitken, GaussSeidel, Relaxation
 
 from ..flow import build
 from ..flow.build import DIRICHLET, OUTLET

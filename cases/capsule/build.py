@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import Recorder, State
-from coupling.stability import contraction_measured
-from coupling.step_control import StepControl
-from coupling.time_loop import Simulation, Tolerances
+from coupling.schemes.contraction import contraction_measured
+from coupling.stepping.integrator import BDF2, BackwardEuler
+from coupling.stepping.step_control import StepControl
+from coupling.stepping.time_loop import Simulation, Tolerances
 from hbem.accuracy import budget
 from hbem.enclosed_flow import EnclosedStokes
 from shells.conditions.supports import extraction

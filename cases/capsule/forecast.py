@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from coupling.stability import contraction_forecast
+from coupling.schemes.contraction import contraction_forecast
 
 from ..preflight import LIMITS, Forecast, Item
 from .config import Scene

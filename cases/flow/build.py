@@ -12,9 +12,9 @@ import numpy as np
 from skfem import Mesh
 
 from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.loop import Strategy
+from coupling.model_adaptivity.adaptive_loop import Strategy
 from coupling.model_adaptivity.mesh_adaptivity import Level, refinements
-from coupling.model_adaptivity.mixed_flow import MixedFlow, mixed_flow
+from coupling.navier_stokes.flow import MixedFlow, mixed_flow
 
 from ..geometry.channel_cavity import channel_cavity, inflow, rest, with_names
 from .config import Scene
@@ -150,7 +150,7 @@ def boundary_operators(polygon: np.ndarray) -> object:
 
 def boundary_flow_on(mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2):
     """Navier-Stokes finite elements coupled to Stokes boundary elements."""
-    from coupling.model_adaptivity.boundary_stokes import boundary_flow
+    from coupling.partitions.boundary_stokes import boundary_flow
 
     return boundary_flow(
         mesh,

@@ -21,7 +21,7 @@ from .config import Scene
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from coupling.model_adaptivity.loop import Result, Step
+    from coupling.model_adaptivity.adaptive_loop import Result, Step
 
     from .build import Problem
 
@@ -117,7 +117,7 @@ def run(scene: Scene, folder: Path, console: Console, record: RunRecord, start: 
 
 
 def _reference(scene: Scene, problem: Problem, start: Start, news: Any) -> float:
-    from coupling.model_adaptivity.loop import full_model
+    from coupling.model_adaptivity.adaptive_loop import full_model
 
     if start.reference is not None:
         return start.reference
@@ -129,7 +129,7 @@ def _reference(scene: Scene, problem: Problem, start: Start, news: Any) -> float
 
 
 def _steps(problem: Problem, reference: float, start: Start) -> Iterator[Step]:
-    from coupling.model_adaptivity.loop import adapt
+    from coupling.model_adaptivity.adaptive_loop import adapt
 
     return adapt(
         problem.flow,
@@ -147,7 +147,7 @@ def _kept_frames(folder: Path, first: int) -> list[tuple[float, str]]:
 
 
 def _save(path: Path, scene: Scene, problem: Problem, step: Step, reference: float) -> None:
-    from coupling.model_adaptivity.loop import enlarged
+    from coupling.model_adaptivity.adaptive_loop import enlarged
 
     arrays = {
         "scene": np.array(_arithmetic(scene)),

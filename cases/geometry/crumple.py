@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from coupling.sampled_mesh import SampledMesh, available, grid_cells
+from coupling.contact.sampled_mesh import SampledMesh, available, grid_cells
 from shells.surfaces.pillow import Pillow
 
 ROUNDS = 8

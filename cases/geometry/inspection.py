@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.sampled_mesh import available
+from coupling.contact.sampled_mesh import available
 
 from .crumple import sampled
 from .folded import FoldedBag

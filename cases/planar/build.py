@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.implicit import StructureOnly
-from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import Recorder, State
-from coupling.stability import contraction_measured
-from coupling.step_control import StepControl
-from coupling.time_loop import Simulation, Tolerances
+from coupling.schemes.contraction import contraction_measured
+from coupling.schemes.implicit import StructureOnly
+from coupling.stepping.integrator import BDF2, BackwardEuler
+from coupling.stepping.step_control import StepControl
+from coupling.stepping.time_loop import Simulation, Tolerances
 from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
 from hbem.planar.potential import PlanarPotential

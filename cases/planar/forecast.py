@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling.stability import contraction_forecast
+from coupling.schemes.contraction import contraction_forecast
 
 from ..geometry.planar import PlanarBag, planar_bag
 from ..preflight import LIMITS, Forecast, Item

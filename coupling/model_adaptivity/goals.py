@@ -12,8 +12,8 @@ import numpy as np
 from scipy.sparse import csr_array
 from skfem import BilinearForm, LinearForm
 
-from .mixed_flow import MixedFlow
-from .spaces import FlowSpace
+from ..navier_stokes.flow import MixedFlow
+from ..navier_stokes.spaces import FlowSpace
 
 AREA_TOLERANCE = 1e-9
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import FacetBasis, Functional, InteriorFacetBasis, MeshTri
 
-from .estimate import dual
+from ..navier_stokes.flow import MixedFlow
+from ..navier_stokes.newton import robust
+from .error_estimate import dual
 from .goals import Goal
-from .mixed_flow import MixedFlow
-from .newton import robust
 
 Problem = Callable[[MeshTri, int], tuple[MixedFlow, Goal]]
 

@@ -8,10 +8,10 @@ import pytest
 from cases.flow.build import DIRICHLET, OUTLET, boundary_flow_on, flow_on
 from cases.geometry.channel_cavity import channel_cavity
 from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.boundary_loop import adapt_boundary
-from coupling.model_adaptivity.boundary_traces import boundary_loops
-from coupling.model_adaptivity.loop import Strategy, full_model
-from coupling.model_adaptivity.substructure import bridged, cut, monolithic
+from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
+from coupling.partitions.boundary_loop import adapt_boundary
+from coupling.partitions.boundary_traces import boundary_loops
+from coupling.partitions.substructure import bridged, cut, monolithic
 
 CORNER = (1.9, 2.0, -1.0, -0.9)
 

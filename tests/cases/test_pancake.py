@@ -10,7 +10,7 @@ from cases.geometry import initial_bag
 from cases.inflow import ramp_integral
 from cases.preflight import forecast, volume
 from coupling.protocols import Result, State
-from coupling.stability import contraction_measured
+from coupling.schemes.contraction import contraction_measured
 from shells.equilibrium.load_paths import static_path
 
 

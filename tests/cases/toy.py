@@ -14,9 +14,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from coupling.attempt import Attempt
 from coupling.protocols import Result, State, Traction
-from coupling.time_loop import Simulation, StepControl
+from coupling.schemes.scheme import Attempt
+from coupling.stepping.time_loop import Simulation, StepControl
 
 AROUND, ROWS = 8, 4
 

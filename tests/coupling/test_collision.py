@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import minimize
 from scipy.sparse import identity
 
-from coupling.collision import Collision
+from coupling.contact.self_intersection import Collision
+from coupling.contact.triangle_distance import triangle_distances
 from coupling.protocols import Result
-from coupling.triangle_distance import triangle_distances
 
 
 def test_triangle_distances_against_quadratic_programs():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from coupling.integrator import BDF2, BackwardEuler
 from coupling.protocols import State
+from coupling.stepping.integrator import BDF2, BackwardEuler
 
 
 def oscillate(integrator, steps, omega=1.0, end=2.0):

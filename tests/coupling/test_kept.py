@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from coupling.kept import KeptOperators, reach
+from coupling.stepping.operator_reuse import KeptOperators, reach
 
 
 @dataclass

@@ -8,12 +8,12 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from skfem import LinearForm, MeshQuad
 
-from coupling.model_adaptivity.convection import Convection
-from coupling.model_adaptivity.factor import Factor, LinearSolveError
-from coupling.model_adaptivity.mixed_flow import mixed_flow
-from coupling.model_adaptivity.newton import Newton, continuation, robust, solve
-from coupling.model_adaptivity.ordering import dissection
-from coupling.model_adaptivity.spaces import taylor_hood
+from coupling.navier_stokes.checked_factor import Factor, LinearSolveError
+from coupling.navier_stokes.convection import Convection
+from coupling.navier_stokes.flow import mixed_flow
+from coupling.navier_stokes.newton import Newton, continuation, robust, solve
+from coupling.navier_stokes.ordering import dissection
+from coupling.navier_stokes.spaces import taylor_hood
 
 
 def channel(n: int = 4, triangles: bool = False):

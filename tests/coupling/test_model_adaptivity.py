@@ -9,11 +9,12 @@ import pytest
 
 from cases.flow.build import flow_on
 from cases.geometry.channel_cavity import channel_cavity, with_names
-from coupling.model_adaptivity import goals, loop, mesh_adaptivity
-from coupling.model_adaptivity.estimate import dual, estimate, grown, indicators
-from coupling.model_adaptivity.loop import Result, Strategy, adapt, full_model
+from coupling.model_adaptivity import adaptive_loop as loop
+from coupling.model_adaptivity import goals, mesh_adaptivity
+from coupling.model_adaptivity.adaptive_loop import Result, Strategy, adapt, full_model
+from coupling.model_adaptivity.error_estimate import dual, estimate, grown, indicators
 from coupling.model_adaptivity.marking import marked
-from coupling.model_adaptivity.newton import Newton, Solution, robust
+from coupling.navier_stokes.newton import Newton, Solution, robust
 
 CORNER = (1.9, 2.0, -1.0, -0.9)
 

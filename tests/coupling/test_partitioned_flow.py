@@ -7,11 +7,11 @@ import pytest
 
 from cases.flow.build import DIRICHLET, OUTLET, flow_on
 from cases.geometry.channel_cavity import channel_cavity
-from coupling.model_adaptivity.newton import robust
-from coupling.model_adaptivity.partitioned import Scheme, partitioned
-from coupling.model_adaptivity.substructure import cut, monolithic
-from coupling.quasi_newton import QuasiNewton
-from coupling.relaxation import Aitken, GaussSeidel
+from coupling.navier_stokes.newton import robust
+from coupling.partitions.interface_iterations import Scheme, partitioned
+from coupling.partitions.substructure import cut, monolithic
+from coupling.schemes.quasi_newton import QuasiNewton
+from coupling.schemes.relaxation import Aitken, GaussSeidel
 
 
 def _cavity(stress=True, cells=10):

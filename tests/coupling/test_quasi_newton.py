@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from coupling.fixed_point import iterate
-from coupling.quasi_newton import QuasiNewton, filtered
+from coupling.schemes.fixed_point import iterate
+from coupling.schemes.quasi_newton import QuasiNewton, filtered
 
 
 def linear(n, rho, seed=0):

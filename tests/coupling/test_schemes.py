@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import aslinearoperator
 
-from coupling.attempt import StepProblem
-from coupling.automatic import Automatic
-from coupling.fixed_point import Partitioned, iterate
-from coupling.implicit import Implicit, StructureOnly
 from coupling.protocols import Result, State, Traction
-from coupling.quasi_newton import QuasiNewton
-from coupling.relaxation import Aitken, Constant, GaussSeidel, Memory
+from coupling.schemes.automatic import Automatic
+from coupling.schemes.fixed_point import Partitioned, iterate
+from coupling.schemes.implicit import Implicit, StructureOnly
+from coupling.schemes.quasi_newton import QuasiNewton
+from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel, Memory
+from coupling.schemes.scheme import StepProblem
 
 B = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 from cases.benchmarks import coupling as bench
-from coupling.stability import contraction_measured, film_symbol, worst_mode
+from coupling.schemes.contraction import contraction_measured, film_symbol, worst_mode
 
 
 def test_film_of_constant_thickness():

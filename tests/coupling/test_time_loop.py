@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from coupling.attempt import Attempt
-from coupling.contact import minimum_gap
+from coupling.contact.smallest_gap import minimum_gap
 from coupling.protocols import Result, State
-from coupling.stability import contraction_forecast
-from coupling.step_control import StepControl
-from coupling.time_loop import Simulation
+from coupling.schemes.contraction import contraction_forecast
+from coupling.schemes.scheme import Attempt
+from coupling.stepping.step_control import StepControl
+from coupling.stepping.time_loop import Simulation
 
 
 @dataclass(frozen=True)

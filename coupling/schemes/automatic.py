@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .attempt import Attempt, Memory, Scheme, StepProblem
-from .protocols import Fluid, FluidOperator, Result
-from .stability import contraction_measured
+from ..protocols import Fluid, FluidOperator, Result
+from .contraction import contraction_measured
+from .scheme import Attempt, Memory, Scheme, StepProblem
 
 FAILURES = (Result.COUPLING, Result.NEWTON)
 ROUGH = 0.05  # relative error of a measured rho that decides between schemes

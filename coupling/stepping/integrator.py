@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .protocols import State
+from ..protocols import State
 
 Past = Mapping[str, np.ndarray]
 

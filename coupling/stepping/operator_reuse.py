@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .protocols import Fluid, FluidOperator
+from ..protocols import Fluid, FluidOperator
 
 
 def reach(tolerance: float, gap: float, share: float) -> float:

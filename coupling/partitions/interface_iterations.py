@@ -16,9 +16,9 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
-from ..fixed_point import iterate
-from ..relaxation import Relaxation
-from .newton import solve
+from ..navier_stokes.newton import solve
+from ..schemes.fixed_point import iterate
+from ..schemes.relaxation import Relaxation
 from .substructure import Parts, whole_tangent
 
 
@@ -115,7 +115,7 @@ class Passes:
 
 
 def _with_prescribed(flow, fixed: np.ndarray):
-    from .pattern import pattern
+    from ..navier_stokes.pattern import pattern
 
     places = pattern(flow.space, fixed)
     return replace(
@@ -141,7 +141,7 @@ def partitioned(
     Parameters
     ----------
     parts : Parts
-    relaxation : coupling.relaxation.Relaxation
+    relaxation : coupling.schemes.relaxation.Relaxation
     scheme : Scheme
     tolerance : float
         Change of interface velocities relative to their size after the first pass.

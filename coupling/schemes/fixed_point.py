@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..protocols import Result
 from . import relaxation as relax
-from .attempt import Attempt, Memory, StepProblem
-from .protocols import Result
+from .scheme import Attempt, Memory, StepProblem
 
 
 def iterate(

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model_adaptivity.adaptive_loop import Strategy
+from ..model_adaptivity.error_estimate import dual, grown
+from ..model_adaptivity.goals import Goal
+from ..model_adaptivity.marking import marked
+from ..navier_stokes.flow import MixedFlow
+from ..navier_stokes.spaces import FlowSpace
 from .boundary_stokes import BoundaryFlow
-from .estimate import dual, grown
-from .goals import Goal
-from .loop import Strategy
-from .marking import marked
-from .mixed_flow import MixedFlow
-from .spaces import FlowSpace
 from .substructure import bridged
 
 MakeGoal = Callable[[FlowSpace], Goal]

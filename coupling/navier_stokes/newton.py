@@ -14,8 +14,8 @@ from enum import Enum
 
 import numpy as np
 
-from .factor import LinearSolveError
-from .mixed_flow import MixedFlow
+from .checked_factor import LinearSolveError
+from .flow import MixedFlow
 
 logger = logging.getLogger(__name__)
 

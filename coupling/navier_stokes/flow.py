@@ -14,8 +14,8 @@ import numpy as np
 from scipy.sparse import bmat, csr_array
 from skfem import BilinearForm, FacetBasis, Mesh
 
+from .checked_factor import Factor
 from .convection import Convection
-from .factor import Factor
 from .pattern import Pattern, pattern
 from .spaces import FlowSpace, taylor_hood
 

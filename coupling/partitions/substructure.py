@@ -17,8 +17,8 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from .mixed_flow import MixedFlow, Profile, mixed_flow
-from .spaces import FlowSpace
+from ..navier_stokes.flow import MixedFlow, Profile, mixed_flow
+from ..navier_stokes.spaces import FlowSpace
 
 INTERFACE = "interface"
 

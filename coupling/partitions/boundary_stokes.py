@@ -19,11 +19,11 @@ from scipy.sparse import block_array, csc_array, csr_array
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
+from ..model_adaptivity.goals import Goal
+from ..navier_stokes.checked_factor import Factor
+from ..navier_stokes.flow import MixedFlow, Profile, mixed_flow, prescribed
+from ..navier_stokes.spaces import FlowSpace, taylor_hood
 from .boundary_traces import boundary_loops, edge_unknowns, trace, tractions
-from .factor import Factor
-from .goals import Goal
-from .mixed_flow import MixedFlow, Profile, mixed_flow, prescribed
-from .spaces import FlowSpace, taylor_hood
 from .substructure import check_partition, pieces_of, restricted, whole_tangent
 
 

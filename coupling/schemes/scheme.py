@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .protocols import Fluid, Result, State, Structure, StructureStep, Traction
+from ..protocols import Fluid, Result, State, Structure, StructureStep, Traction
 
 Memory = Mapping[str, np.ndarray]
 

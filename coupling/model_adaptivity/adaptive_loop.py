@@ -14,11 +14,11 @@ from enum import Enum
 
 import numpy as np
 
-from .estimate import Adjoint, Estimate, Indicator, estimate, grown
+from ..navier_stokes.flow import MixedFlow
+from ..navier_stokes.newton import Solution, robust
+from .error_estimate import Adjoint, Estimate, Indicator, estimate, grown
 from .goals import Goal
 from .marking import Marking, marked
-from .mixed_flow import MixedFlow
-from .newton import Solution, robust
 
 logger = logging.getLogger(__name__)
 

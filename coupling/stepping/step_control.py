@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .protocols import Result
+from ..protocols import Result
 
 CONTACTS = (Result.SELF_INTERSECTION, Result.INLET_CONTACT)
 

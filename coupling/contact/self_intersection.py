@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, spmatrix
 from scipy.spatial import cKDTree
 
-from .protocols import Result
+from ..protocols import Result
 from .sampled_mesh import free_fraction
 from .triangle_distance import triangle_distances
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from .attempt import Attempt, Memory, StepProblem
-from .protocols import Result
+from ..protocols import Result
 from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
+from .scheme import Attempt, Memory, StepProblem
 
 DENSE_LIMIT = 4000  # vector dofs up to which the dense response is cheaper than its Krylov solves
 

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from .spaces import FlowSpace
+from ..navier_stokes.spaces import FlowSpace
 
 
 def boundary_loops(mesh: Mesh, part: np.ndarray) -> list[np.ndarray]:

@@ -12,10 +12,10 @@ from typing import Literal
 
 import numpy as np
 
-from .factor import Factor
+from ..navier_stokes.checked_factor import Factor
+from ..navier_stokes.flow import MixedFlow
+from ..navier_stokes.spaces import FlowSpace
 from .goals import Goal
-from .mixed_flow import MixedFlow
-from .spaces import FlowSpace
 
 Indicator = Literal["integral", "counting", "volume", "exact"]
 Adjoint = Literal["full", "mixed", "enriched"]

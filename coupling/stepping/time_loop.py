@@ -14,9 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .attempt import Attempt, Scheme, StepProblem
-from .integrator import BackwardEuler, Integrator
-from .protocols import (
+from ..protocols import (
     AcceptedStep,
     CollisionTest,
     Fluid,
@@ -29,6 +27,8 @@ from .protocols import (
     State,
     Structure,
 )
+from ..schemes.scheme import Attempt, Scheme, StepProblem
+from .integrator import BackwardEuler, Integrator
 from .step_control import CONTACTS, StepControl
 
 logger = logging.getLogger(__name__)
