@@ -88,9 +88,9 @@ def fluid(scene: Scene, body: Bag) -> object | None:
     """The Stokes model on membrane and patch; None for uniform pressure."""
     if scene.fluid.model == "pressure":
         return None
-    from hbem.enclosed_flow import EnclosedStokes
-    from hbem.krylov import DENSE_LIMIT
-    from hbem.patches import union
+    from hbem.flows.enclosed_flow import EnclosedStokes
+    from hbem.solvers.saddle import DENSE_LIMIT
+    from hbem.surfaces.patches import union
 
     f, asked = scene.fluid, fluid_budget(scene, body)
     patches = union(body.membrane, body.patch)

@@ -11,8 +11,8 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
-from hbem.compression import STORED_LIMIT, Compression, choose
-from hbem.quadrature import QuadratureOrders
+from hbem.compression.choice import STORED_LIMIT, Compression, choose
+from hbem.surfaces.quadrature import QuadratureOrders
 
 from . import locking
 from .config import Scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ._rule_kernels import DEEPEST, SMALLEST, closest, dot, search
+from .near._closest_point_kernels import DEEPEST, SMALLEST, closest, dot, search
 
 SELF = -1.0  # marks the pair of a point with its own element
 OBLIQUE = 2.0  # largest factor on the nodes of a near rule
@@ -35,7 +35,7 @@ def classify(
     ``starts (n_pieces, n_q, 3)`` are points of each piece at ``st (2, n_q)`` of its box.
     ``owner_st (2, n_t)`` are the local coordinates of outer points on their own elements.
     Stationary points nearer than ``flat (n_pieces,)`` are kept; all others are ensured by a search
-    with the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.pieces`.
+    with the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.surfaces.subdivision`.
     ``found (n_pairs, 5)`` receives s, t and b1, b2 with ``b_i = d / |x_i|``, all in coordinates of
     the element, and the `obliqueness`; the piece on which the target lies receives `SELF` as b1
     and b2.

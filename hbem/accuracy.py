@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .quadrature import QuadratureOrders
+from .surfaces.quadrature import QuadratureOrders
 
 # Shares of the budget; the rest is what the estimates themselves may be off by.
 QUADRATURE, COMPRESSION, KRYLOV = 0.5, 0.3, 0.1

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from .krylov import DenseSaddle
+from .solvers.saddle import DenseSaddle
 
 if TYPE_CHECKING:
-    from .enclosed_operator import EnclosedOperator
+    from .flows.enclosed_operator import EnclosedOperator
 
 
 class Response(LinearOperator):

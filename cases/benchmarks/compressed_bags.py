@@ -17,14 +17,14 @@ import numpy as np
 
 from hbem._threads_kernels import limited
 from hbem.accuracy import budget
-from hbem.compressed_layer import compressed_single_layer
-from hbem.compression import Compression
-from hbem.krylov import IterativeSaddle, SaddleSolution, SaddleSystem
-from hbem.near_field import near_field
-from hbem.preconditioner import two_level_schwarz
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
-from hbem.single_layer import DirectSingleLayer, SingleLayer, single_layer
+from hbem.compression.choice import Compression
+from hbem.layers.compressed_layer import compressed_single_layer
+from hbem.layers.single_layer import DirectSingleLayer, SingleLayer, single_layer
+from hbem.near.near_field import near_field
+from hbem.solvers.saddle import IterativeSaddle, SaddleSolution, SaddleSystem
+from hbem.solvers.schwarz import two_level_schwarz
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 
 from ..geometry.pillow import accordion, round_bag
 from .gaps import gap_traction, relative

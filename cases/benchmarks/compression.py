@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from hbem._threads_kernels import limited
-from hbem.compressed import Compressed, PointKernel, direct
-from hbem.h2matrix import h2matrix
-from hbem.hmatrix import forecast_points, hmatrix
+from hbem.compression.h2matrix import h2matrix
+from hbem.compression.hmatrix import forecast_points, hmatrix
+from hbem.compression.operator import Compressed, PointKernel, direct
 
 from . import compressed_bags
 

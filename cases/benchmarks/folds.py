@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import aslinearoperator
 
-from hbem.compression import Compression
-from hbem.krylov import IterativeSaddle, SaddleSolution
-from hbem.single_layer import SingleLayer, dense_matrix, single_layer
+from hbem.compression.choice import Compression
+from hbem.layers.single_layer import SingleLayer, dense_matrix, single_layer
+from hbem.solvers.saddle import IterativeSaddle, SaddleSolution
 
 from ..geometry.pillow import accordion
 from .compressed_bags import fluid_solve, manufactured, strain

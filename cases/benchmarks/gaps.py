@@ -15,13 +15,13 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 
 from hbem.accuracy import RULES
-from hbem.flow import StokesFlow
-from hbem.krylov import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
-from hbem.patches import BezierPatches, union
-from hbem.preconditioner import two_level_schwarz
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import SampledSurface
-from hbem.single_layer import SingleLayer, single_layer
+from hbem.flows.stokes_flow import StokesFlow
+from hbem.layers.single_layer import SingleLayer, single_layer
+from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
+from hbem.solvers.schwarz import two_level_schwarz
+from hbem.surfaces.patches import BezierPatches, union
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import SampledSurface
 
 from ..geometry.bodies import closed_body
 from ..geometry.pillow import PillowBag, accordion, round_bag

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from hbem.double_layer import double_layer
-from hbem.krylov import DenseSaddle
-from hbem.patches import BezierPatches
-from hbem.point_sums import single_layer_sums
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import SampledSurface, sample
-from hbem.single_layer import single_layer
-from hbem.stokes import jump_data, needs_double_layer
+from hbem.flows.formulation import jump_data, needs_double_layer
+from hbem.layers.double_layer import double_layer
+from hbem.layers.point_sums import single_layer_sums
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import DenseSaddle
+from hbem.surfaces.patches import BezierPatches
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import SampledSurface, sample
 
 from ..geometry.bodies import fitted, sphere, spheroid, torus
 from . import gaps, near_rules

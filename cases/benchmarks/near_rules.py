@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from hbem.closest_point import near_pairs, outer_pairs
-from hbem.double_layer import double_layer
-from hbem.near import Layer, near_moments
-from hbem.near_field import near_field
-from hbem.patches import BezierPatches, tensor_bernstein, tensor_bernstein_gradient
-from hbem.quadrature import QuadratureOrders, gauss_square
-from hbem.sampling import SampledSurface, sample
-from hbem.single_layer import single_layer
-from hbem.triangles import quadrilaterals, triangle_index
+from hbem.layers.double_layer import double_layer
+from hbem.layers.single_layer import single_layer
+from hbem.near.closest_point import near_pairs, outer_pairs
+from hbem.near.near_field import near_field
+from hbem.near.near_rules import Layer, near_moments
+from hbem.surfaces.patches import BezierPatches, tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
+from hbem.surfaces.surface_points import SampledSurface, sample
+from hbem.surfaces.triangles import quadrilaterals, triangle_index
 
 from ..geometry.bodies import fitted, torus
 from .report import best

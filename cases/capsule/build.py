@@ -12,7 +12,7 @@ from coupling.stepping.integrator import BDF2, BackwardEuler
 from coupling.stepping.step_control import StepControl
 from coupling.stepping.time_loop import Simulation, Tolerances
 from hbem.accuracy import budget
-from hbem.enclosed_flow import EnclosedStokes
+from hbem.flows.enclosed_flow import EnclosedStokes
 from shells.conditions.supports import extraction
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material

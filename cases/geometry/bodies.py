@@ -16,7 +16,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
-from hbem.patches import BezierPatches, bernstein, tensor_bernstein
+from hbem.surfaces.patches import BezierPatches, bernstein, tensor_bernstein
 from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 

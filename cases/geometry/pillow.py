@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
 
-from hbem.patches import BezierPatches
+from hbem.surfaces.patches import BezierPatches
 from shells.surfaces.pillow import Pillow
 
 from .fold import PlanarCurve, zigzag

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hbem.evaluate import FlowField
+from hbem.flows.field import FlowField
 
 Flow = Callable[[np.ndarray], FlowField]
 AXES = {"x": 0, "y": 1, "z": 2}

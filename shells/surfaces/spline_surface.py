@@ -2,7 +2,7 @@
 
 Coefficient ``i * n_t + j`` belongs to ``N_i(s) N_j(t)``. Where an edge ``s = const`` collapses to
 a pole, the two rings of coefficients next to it follow three free points (a tangent plane), which
-makes the surface and every field on it C1 there. Satisfies `hbem.patches.SurfacePatches` by
+makes the surface and every field on it C1 there. Satisfies `hbem.surfaces.patches.SurfacePatches` by
 structure; the density basis of a surface is its pole-reduced scalar basis.
 """
 

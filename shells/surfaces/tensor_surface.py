@@ -1,7 +1,7 @@
 """What all spline surfaces of one parameter grid share: Bezier patches, density tables, samples.
 
 A surface names its elements, the coefficients that live on each and their Bezier extraction;
-everything `hbem.patches.SurfacePatches` asks for follows.
+everything `hbem.surfaces.patches.SurfacePatches` asks for follows.
 """
 
 from __future__ import annotations

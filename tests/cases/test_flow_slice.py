@@ -5,9 +5,9 @@ import pytest
 
 from cases.geometry.bodies import sphere
 from cases.output.flow_slice import Slice, slice_picture
-from hbem.evaluate import flow_field
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
+from hbem.flows.field import flow_field
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 
 
 def test_slice(tmp_path):

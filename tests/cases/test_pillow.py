@@ -12,8 +12,8 @@ import pytest
 
 from cases.geometry.fold import PlanarCurve, roll, zigzag
 from cases.geometry.pillow import accordion, fit, flattened, rectangle, round_bag, unit_sphere
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 from shells.surfaces.pillow import Pillow
 from shells.surfaces.splines import bernstein
 from shells.surfaces.surface_basis import SurfaceBasis

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hbem import _rule_kernels as kernels
-from hbem.patches import tensor_bernstein
-from hbem.pieces import bounds
+from hbem.near import _closest_point_kernels as kernels
+from hbem.surfaces.patches import tensor_bernstein
+from hbem.surfaces.subdivision import bounds
 
 BOX = np.array([0.0, 1.0, 0.0, 1.0])
 

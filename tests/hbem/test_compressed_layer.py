@@ -5,10 +5,10 @@ import pytest
 
 from cases.geometry.bodies import sphere, torus
 from cases.geometry.pillow import round_bag
-from hbem.compression import Compression, choose
-from hbem.krylov import IterativeSaddle
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
+from hbem.compression.choice import Compression, choose
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import IterativeSaddle
+from hbem.surfaces.quadrature import QuadratureOrders
 
 
 def layers(body, method, tolerance, orders=None):
@@ -39,7 +39,7 @@ def test_gap_opposed_error_is_the_true_one():
     """Measured on sampled rows against the dense matrix, relative to |A x|."""
     body = round_bag(20, gap=0.05)
     compressed, dense = layers(body, "aca", 1e-3)
-    from hbem.compressed_layer import gap_opposed
+    from hbem.layers.compressed_layer import gap_opposed
 
     x = gap_opposed(compressed.surface).ravel()
     exact = dense @ x

@@ -5,10 +5,10 @@ import logging
 import numpy as np
 import pytest
 
-from hbem import compressed
-from hbem.compressed import test_densities as densities
-from hbem.h2matrix import h2matrix
-from hbem.hmatrix import hmatrix
+from hbem.compression import operator as compressed
+from hbem.compression.h2matrix import h2matrix
+from hbem.compression.hmatrix import hmatrix
+from hbem.compression.operator import test_densities as densities
 
 from . import clouds
 
@@ -190,7 +190,7 @@ class TestStress:
 
     def test_a_block_that_misses_is_built_again(self, monkeypatch, caplog):
         """Sabotage: a sloppy recompression is noticed, repeated, and at last replaced."""
-        from hbem import aca
+        from hbem.compression import cross_approximation as aca
 
         monkeypatch.setitem(aca.KEPT, "points", 2e3)
         with caplog.at_level(logging.WARNING):

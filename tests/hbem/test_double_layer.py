@@ -5,15 +5,15 @@ import pytest
 from scipy.sparse.linalg import splu
 
 from cases.geometry.bodies import fitted, sphere, torus
-from hbem.closest_point import near_pairs
-from hbem.double_layer import double_layer
-from hbem.krylov import DenseSaddle
-from hbem.near import Layer, near_moments
-from hbem.patches import tensor_bernstein, tensor_bernstein_gradient
-from hbem.quadrature import QuadratureOrders, gauss_square
-from hbem.sampling import sample
-from hbem.single_layer import single_layer
-from hbem.stokes import exterior_data, jump_data
+from hbem.flows.formulation import exterior_data, jump_data
+from hbem.layers.double_layer import double_layer
+from hbem.layers.single_layer import single_layer
+from hbem.near.closest_point import near_pairs
+from hbem.near.near_rules import Layer, near_moments
+from hbem.solvers.saddle import DenseSaddle
+from hbem.surfaces.patches import tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
+from hbem.surfaces.surface_points import sample
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 STRAIN = np.array([[1.0, 0.5, 0.0], [0.5, -2.0, 0.3], [0.0, 0.3, 1.0]])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import fitted, sphere
-from hbem.enclosed_flow import EnclosedStokes
-from hbem.patches import union
+from hbem.flows.enclosed_flow import EnclosedStokes
+from hbem.surfaces.patches import union
 
 MASS_RATIO = 0.02
 
@@ -87,7 +87,7 @@ def test_iterative_agrees_with_direct(flow):
 
 def test_union_of_membrane_and_patch():
     """Two separate spheres: blocks of the union are the single matrices."""
-    from hbem.single_layer import single_layer
+    from hbem.layers.single_layer import single_layer
 
     one = sphere(4, 5)
     both = union(one, one)

@@ -11,10 +11,10 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from cases.geometry.bodies import sphere
-from hbem.evaluate import flow_field
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
-from hbem.streamlines import streamlines
+from hbem.flows.field import flow_field
+from hbem.flows.streamlines import streamlines
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 
 E = np.diag([1.0, -0.5, -0.5])
 DISTANCES = (0.5, 0.1, 1e-2, 1e-3, 1e-4)

@@ -8,10 +8,10 @@ import pytest
 from cases.geometry.bodies import closed_body, from_control_points, sphere
 from cases.geometry.pillow import accordion, round_bag
 from hbem import StokesFlow, SurfaceError
-from hbem.gap import narrowest
-from hbem.patches import union
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
+from hbem.surfaces.narrowest_gap import narrowest
+from hbem.surfaces.patches import union
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 
 
 def test_drag_and_torque_of_a_sphere():

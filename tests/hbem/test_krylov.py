@@ -5,8 +5,8 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 from cases.geometry.bodies import sphere, torus
-from hbem.krylov import DenseSaddle, IterativeSaddle, KrylovResult, saddle
-from hbem.single_layer import single_layer
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, KrylovResult, saddle
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import fitted, torus
-from hbem.closest_point import near_pairs, outer_pairs
-from hbem.near import near_moments
-from hbem.patches import tensor_bernstein, tensor_bernstein_gradient
-from hbem.quadrature import QuadratureOrders, gauss_square
-from hbem.sampling import sample
+from hbem.near.closest_point import near_pairs, outer_pairs
+from hbem.near.near_rules import near_moments
+from hbem.surfaces.patches import tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
+from hbem.surfaces.surface_points import sample
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 ELEMENT = 9

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
-from hbem.patches import BezierPatches, bernstein, bernstein_derivative, centred_powers
-from hbem.quadrature import QuadratureOrders, gauss_tables
-from hbem.sampling import sample
+from hbem.surfaces.patches import BezierPatches, bernstein, bernstein_derivative, centred_powers
+from hbem.surfaces.quadrature import QuadratureOrders, gauss_tables
+from hbem.surfaces.surface_points import sample
 
 
 @pytest.mark.parametrize("degree", [0, 1, 3, 8])

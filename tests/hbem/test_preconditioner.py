@@ -13,16 +13,16 @@ import pytest
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
-from hbem.gmres import KrylovResult, gmres
-from hbem.krylov import (
+from hbem.layers.single_layer import DirectSingleLayer, single_layer
+from hbem.solvers.gmres import KrylovResult, gmres
+from hbem.solvers.saddle import (
     DenseSaddle,
     IterativeSaddle,
     MassPreconditioner,
     PreconditionerStore,
     SaddleSystem,
 )
-from hbem.patches import union
-from hbem.preconditioner import (
+from hbem.solvers.schwarz import (
     Functions,
     SchwarzOptions,
     bisect,
@@ -30,8 +30,8 @@ from hbem.preconditioner import (
     patches_around,
     two_level_schwarz,
 )
-from hbem.single_layer import DirectSingleLayer, single_layer
-from hbem.topology import closed_components
+from hbem.surfaces.patches import union
+from hbem.surfaces.topology import closed_components
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import sample
-from hbem.single_layer import single_layer
+from hbem.layers.single_layer import single_layer
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import sample
 
 
 def matrix(body, coefficients=None, orders=None):

@@ -14,11 +14,11 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from cases.geometry.bodies import fitted, sphere
-from hbem.krylov import DenseSaddle
-from hbem.patches import BezierPatches
-from hbem.quadrature import QuadratureOrders
-from hbem.sampling import SampledSurface, sample
-from hbem.single_layer import single_layer
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import DenseSaddle
+from hbem.surfaces.patches import BezierPatches
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.surface_points import SampledSurface, sample
 
 STRAIN = np.array([[1.0, 0.5, 0.0], [0.5, -2.0, 0.3], [0.0, 0.3, 1.0]])
 AXIS = np.array([0.0, 0.0, 1.0])

@@ -10,8 +10,8 @@ from scipy.sparse import csr_matrix
 
 from cases.geometry.bodies import sphere, torus
 from cases.geometry.pillow import accordion, round_bag
-from hbem.patches import BezierPatches, union
-from hbem.topology import SurfaceError, closed_components
+from hbem.surfaces.patches import BezierPatches, union
+from hbem.surfaces.topology import SurfaceError, closed_components
 
 
 def restricted(body: BezierPatches, kept: np.ndarray) -> BezierPatches:

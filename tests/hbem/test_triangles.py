@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, identity
 
-from hbem.krylov import DenseSaddle
-from hbem.patches import BezierPatches, tensor_bernstein
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
-from hbem.topology import closed_components
-from hbem.triangles import collapse_table, quadrilaterals, triangle_index
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import DenseSaddle
+from hbem.surfaces.patches import BezierPatches, tensor_bernstein
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.surfaces.topology import closed_components
+from hbem.surfaces.triangles import collapse_table, quadrilaterals, triangle_index
 
 
 def functions(degree, u, v, w):

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from cases.geometry.bodies import fitted, sphere
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
+from hbem.layers.single_layer import single_layer
+from hbem.surfaces.quadrature import QuadratureOrders
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE = """

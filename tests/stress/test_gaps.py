@@ -11,12 +11,12 @@ from cases.benchmarks.gaps import RIM, disc
 from cases.geometry import bodies
 from cases.geometry.bodies import from_control_points, sphere, torus
 from cases.geometry.pillow import round_bag
-from hbem.flow import StokesFlow
-from hbem.krylov import IterativeSaddle
-from hbem.patches import BezierPatches, union
-from hbem.preconditioner import two_level_schwarz
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
+from hbem.flows.stokes_flow import StokesFlow
+from hbem.layers.single_layer import single_layer
+from hbem.solvers.saddle import IterativeSaddle
+from hbem.solvers.schwarz import two_level_schwarz
+from hbem.surfaces.patches import BezierPatches, union
+from hbem.surfaces.quadrature import QuadratureOrders
 
 pytestmark = pytest.mark.slow
 PULL = np.array([1.0, 0.4, -0.2])

@@ -1,0 +1,361 @@
+"""What all compressed operators share: the kernel, products, the measured error, statistics.
+
+The operator is ``(W B)^T G (W B)`` with the plain kernel G between points, or G itself. The error
+that counts is measured on exact rows for random and for constant densities; a build that misses
+its tolerance is repeated at a quarter, and after that everything is summed exactly.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csc_matrix, spmatrix
+from scipy.sparse.linalg import LinearOperator
+
+from . import _cluster_sum_kernels as kernels
+
+COINCIDENT = 1e-12  # distances below this fraction of the extent are the same point
+TEST_POINTS = 200  # exact rows behind a measured error, at least
+TEST_FUNCTIONS = 48
+TEST_PAIRS = 2e7  # between points: as many exact rows as this many pairs allow
+TEST_RANDOM = 2  # random densities; the constant ones are the three axes
+GROUP = 64  # targets of a direct sum that share a sweep
+EXACT = 1e-11  # tolerances below: nothing is compressed
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class PointKernel:
+    """Plain kernel ``G = (I/r + r r/r^3)/8 pi``, or the double layer if normals are given.
+
+    Positions are centred and scaled by their extent, so that thresholds have no units.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    normals : (n, 3) array, optional
+
+    Raises
+    ------
+    ValueError
+        Wrong shapes or values that are not finite.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray | None = None
+    tiny: float = COINCIDENT**2
+
+    def __post_init__(self) -> None:
+        for name in ("points", "normals"):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            values = np.ascontiguousarray(values, dtype=float)
+            object.__setattr__(self, name, values)
+            if values.ndim != 2 or values.shape[1] != 3 or not values.size:
+                raise ValueError(f"{name} must be (n, 3), n > 0, got {values.shape}")
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} are not finite")
+        if self.normals is not None and self.normals.shape != self.points.shape:
+            raise ValueError(f"{self.normals.shape[0]} normals for {self.n} points")
+
+    @property
+    def n(self) -> int:
+        return self.points.shape[0]
+
+    @cached_property
+    def extent(self) -> float:
+        return float(np.linalg.norm(np.ptp(self.points, axis=0))) or 1.0
+
+    @cached_property
+    def scaled(self) -> np.ndarray:
+        """Positions ``(3, n)``, centred, extent one."""
+        middle = 0.5 * (self.points.max(axis=0) + self.points.min(axis=0))
+        return np.ascontiguousarray(((self.points - middle) / self.extent).T)
+
+    @cached_property
+    def scaled_normals(self) -> np.ndarray:
+        """Normals ``(3, n)``, or ``(3, 0)`` for the single layer."""
+        return np.zeros((3, 0)) if self.normals is None else np.ascontiguousarray(self.normals.T)
+
+    @property
+    def factor(self) -> float:
+        """Kernel in true units over kernel in scaled ones."""
+        return self.extent ** (-1.0 if self.normals is None else -2.0)
+
+    def ordered(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Scaled positions ``(3, n)`` and normals, ``(3, n)`` or ``(3, 0)``, in some order."""
+        normals = self.scaled_normals if self.normals is None else self.scaled_normals[:, order]
+        return np.ascontiguousarray(self.scaled[:, order]), np.ascontiguousarray(normals)
+
+    def sums_between(
+        self,
+        targets: tuple[np.ndarray, np.ndarray],
+        target_ptr: np.ndarray,
+        sources: tuple[np.ndarray, np.ndarray],
+        source_ptr: np.ndarray,
+        partner_ptr: np.ndarray,
+        partners: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+    ) -> None:
+        """Add sums between clusters of `ordered` points to ``y (k, 3, n)``."""
+        kernels.cluster_sums(
+            targets[0], target_ptr, sources[0], source_ptr, sources[1], partner_ptr, partners, x,
+            self.tiny, y,
+        )  # fmt: skip
+
+    def rows(self, targets: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Exact scaled sums at some points, ``(k, 3, n_targets)``, in double precision."""
+        groups = np.append(np.arange(0, targets.size, GROUP), targets.size)
+        out = np.zeros((x.shape[0], 3, targets.size))
+        count = groups.size - 1
+        kernels.cluster_sums(
+            np.ascontiguousarray(self.scaled[:, targets]),
+            groups,
+            self.scaled,
+            np.array([0, self.n]),
+            self.scaled_normals,
+            np.arange(count + 1),
+            np.zeros(count, dtype=np.int64),
+            np.ascontiguousarray(x),
+            self.tiny,
+            out,
+        )
+        return out
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a compressed operator is and how good it is.
+
+    Attributes
+    ----------
+    method : str
+        aca, h2 or direct.
+    n : int
+        Points or functions; there are 3 n unknowns.
+    tolerance : float
+        Of the build, after tightening.
+    requested : float
+    error_random, error_constant : float
+        Measured relative errors on exact rows.
+    far_blocks, full_blocks, near_blocks : int
+        Compressed blocks, admissible ones that did not compress, pairs of leaves.
+    rank_mean, rank_max
+    bytes_far, bytes_near : int
+    build_seconds, apply_seconds : float
+    note : str
+        What went another way than asked.
+    """
+
+    method: str
+    n: int
+    tolerance: float
+    requested: float = 0.0
+    error_random: float = np.nan
+    error_constant: float = np.nan
+    far_blocks: int = 0
+    full_blocks: int = 0
+    near_blocks: int = 0
+    rank_mean: float = 0.0
+    rank_max: int = 0
+    bytes_far: int = 0
+    bytes_near: int = 0
+    build_seconds: float = 0.0
+    apply_seconds: float = 0.0
+    note: str = ""
+
+    @property
+    def achieved(self) -> float:
+        """The number that is compared with the tolerance."""
+        return max(self.error_random, self.error_constant)
+
+    @property
+    def bytes_per_unknown(self) -> float:
+        return (self.bytes_far + self.bytes_near) / (3 * self.n)
+
+    @property
+    def ratio(self) -> float:
+        """Bytes over those of the dense matrix."""
+        return self.bytes_per_unknown / (24.0 * self.n)
+
+    def record(self) -> dict[str, float | int | str]:
+        """All of it for files."""
+        more = ("achieved", "bytes_per_unknown", "ratio")
+        return {**asdict(self), **{name: getattr(self, name) for name in more}}
+
+
+class Compressed(LinearOperator):
+    """A plain Stokes operator in compressed form; vector unknown ``3 a + i``.
+
+    Attributes
+    ----------
+    kernel : PointKernel
+    basis, test : csc_matrix or None
+        Weighted functions ``(n_points, n)`` of the sources and of the tests, often the same.
+    statistics : Statistics
+    """
+
+    def __init__(
+        self,
+        kernel: PointKernel,
+        basis: csc_matrix | None,
+        statistics: Statistics,
+        test: csc_matrix | None = None,
+    ):
+        n = kernel.n if basis is None else basis.shape[1]
+        super().__init__(dtype=np.dtype(float), shape=(3 * n, 3 * n))
+        self.kernel, self.basis, self.statistics = kernel, basis, statistics
+        self.test = basis if test is None else test
+
+    def _apply(self, x: np.ndarray) -> np.ndarray:
+        """Scaled product with ``(k, 3, n)`` components first."""
+        raise NotImplementedError
+
+    def apply(self, x: np.ndarray) -> np.ndarray:
+        """Product with densities ``(n, 3, k)``, all k at once."""
+        first = np.ascontiguousarray(np.moveaxis(x, 2, 0).swapaxes(1, 2), dtype=float)
+        y = self._apply(first) * self.kernel.factor
+        return np.moveaxis(y.swapaxes(1, 2), 0, 2)
+
+    def _matmat(self, x: np.ndarray) -> np.ndarray:
+        return self.apply(np.asarray(x).reshape(-1, 3, x.shape[-1])).reshape(x.shape)
+
+    def _matvec(self, x: np.ndarray) -> np.ndarray:
+        return self._matmat(np.asarray(x).reshape(-1, 1)).reshape(np.shape(x))
+
+    def __getitem__(self, key: object) -> None:
+        raise TypeError(
+            "a compressed operator has no entries to index: multiply it (A @ x, A @ X for several "
+            "vectors at once), or ask for exact rows with exact_rows(indices, x)"
+        )
+
+    def exact_rows(self, items: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Exact ``(A x)`` at some points or functions, ``(len(items), 3, k)``, no compression.
+
+        Parameters
+        ----------
+        items : (m,) int array
+        x : (n, 3, k) array
+        """
+        first = np.ascontiguousarray(np.moveaxis(x, 2, 0).swapaxes(1, 2), dtype=float)
+        if self.basis is None:
+            y = self.kernel.rows(items, first)
+        else:
+            test = self.test[:, items].tocsr()
+            points = np.flatnonzero(np.diff(test.indptr))
+            charges = times(self.basis, first)
+            y = times(test[points].T, self.kernel.rows(points, charges))
+        return np.moveaxis(y.swapaxes(1, 2), 0, 2) * self.kernel.factor
+
+    def relative_error(self, x: np.ndarray, seed: int = 0) -> np.ndarray:
+        """Measured relative errors ``(k,)`` for densities ``(n, 3, k)``, on sampled exact rows."""
+        n, count = x.shape[0], TEST_FUNCTIONS
+        if self.basis is None:
+            count = max(TEST_POINTS, int(TEST_PAIRS / n))
+        items = np.sort(np.random.default_rng(seed).permutation(n)[:count])
+        exact = self.exact_rows(items, x)
+        difference = np.linalg.norm(self.apply(x)[items] - exact, axis=(0, 1))
+        return difference / np.maximum(np.linalg.norm(exact, axis=(0, 1)), 1e-300)
+
+    def __repr__(self) -> str:
+        s = self.statistics
+        note = f"\n  note: {s.note}" if s.note else ""
+        return (
+            f"{type(self).__name__}({3 * s.n} unknowns, {s.method})\n"
+            f"  error: {s.error_random:.1e} random, {s.error_constant:.1e} constant density; "
+            f"requested {s.requested:.1e}, built at {s.tolerance:.1e}\n"
+            f"  blocks: {s.far_blocks} compressed, {s.full_blocks} full, {s.near_blocks} near; "
+            f"rank {s.rank_mean:.1f} mean, {s.rank_max} max\n"
+            f"  memory: {s.bytes_far / 1e6:.1f} MB far + {s.bytes_near / 1e6:.1f} MB near, "
+            f"{s.bytes_per_unknown / 1e3:.2f} kB an unknown, {100 * s.ratio:.3g}% of dense\n"
+            f"  time: {s.build_seconds:.2f} s build, {s.apply_seconds:.4f} s apply{note}"
+        )
+
+
+def times(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
+    """Sparse ``matrix (m, n)`` times ``x (k, 3, n)``: ``(k, 3, m)``."""
+    flat = matrix @ x.reshape(-1, x.shape[-1]).T
+    return np.ascontiguousarray(flat.T).reshape(*x.shape[:2], -1)
+
+
+def weighted(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
+    """Weighted functions as sorted columns, checked."""
+    basis = csc_matrix(basis)
+    if basis.shape[0] != kernel.n:
+        raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
+    if (np.diff(basis.indptr) == 0).any():
+        raise ValueError("basis has functions without points")
+    basis.sort_indices()
+    return basis
+
+
+class Direct(Compressed):
+    """Exact sums over all points, nothing stored."""
+
+    def _apply(self, x: np.ndarray) -> np.ndarray:
+        if self.basis is None:
+            return self.kernel.rows(np.arange(self.kernel.n), x)
+        potentials = self.kernel.rows(np.arange(self.kernel.n), times(self.basis, x))
+        return times(self.test.T, potentials)
+
+
+def direct(
+    kernel: PointKernel,
+    basis: csc_matrix | None,
+    note: str = "",
+    test: csc_matrix | None = None,
+) -> Direct:
+    """The operator by exact sums."""
+    n = kernel.n if basis is None else basis.shape[1]
+    return Direct(kernel, basis, Statistics("direct", n, 0.0, note=note), test)
+
+
+def test_densities(n: int, seed: int) -> np.ndarray:
+    """Random densities, then the three constant ones, ``(n, 3, TEST_RANDOM + 3)``."""
+    random = np.random.default_rng(seed).standard_normal((n, 3, TEST_RANDOM))
+    return np.concatenate([random, np.tile(np.eye(3), (n, 1, 1))], axis=2)
+
+
+def measured(operator: Compressed, requested: float, seed: int) -> Compressed:
+    """The operator with measured errors and apply time in its statistics."""
+    x = test_densities(operator.statistics.n, seed)
+    errors = operator.relative_error(x, seed)
+    began = time.perf_counter()
+    operator.apply(x[:, :, :1])
+    operator.statistics = replace(
+        operator.statistics,
+        requested=requested,
+        error_random=float(errors[:TEST_RANDOM].max()),
+        error_constant=float(errors[TEST_RANDOM:].max()),
+        apply_seconds=time.perf_counter() - began,
+    )
+    return operator
+
+
+def verified(
+    build: Callable[[float], Compressed], tolerance: float, seed: int, exact: Callable
+) -> Compressed:
+    """Build, measure, build again at a quarter, and at last sum exactly: never silent."""
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
+    for target in (tolerance, tolerance / 4.0):
+        if target < EXACT:
+            note = f"tolerance {tolerance:.1e} leaves nothing to compress"
+            break
+        operator = measured(build(target), tolerance, seed)
+        if operator.statistics.achieved <= tolerance:
+            return operator
+        note = f"error {operator.statistics.achieved:.1e} above the tolerance {tolerance:.1e}"
+        log.warning("%s (built at %.1e): %s", operator.statistics.method, target, note)
+        del operator
+    note += ": exact sums"
+    log.warning("not compressed: %s", note)
+    return measured(exact(note), tolerance, seed)

@@ -1,0 +1,115 @@
+"""Exact dense blocks of a single layer that is not stored: plain far part plus near entries.
+
+``A[p, p] = (B^T W G W B)[p, p] + N[p, p]`` for a few hundred density functions p, the patch
+matrices of a Schwarz preconditioner. Rough ones (one point an element) triple its iterations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from .._threads_kernels import workers
+from ..near.near_rules import coincidence
+from ..surfaces.patches import tensor_bernstein
+from ..surfaces.surface_points import PointSet, SampledSurface
+from . import _dense_block_kernels as kernels
+
+Use = Callable[[int, np.ndarray], np.ndarray]  # number of a patch and its block
+COMPONENTS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
+class NearEntries(Protocol):
+    """What the near field adds to the plain operator, between density functions."""
+
+    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Dense ``(len(rows), len(columns), 6)``."""
+
+
+def vector_dofs(functions: np.ndarray) -> np.ndarray:
+    """Vector dofs ``3 a + i`` of scalar functions, ``(3 n,)``."""
+    return (3 * functions[:, None] + np.arange(3)).ravel()
+
+
+def interleave(components: np.ndarray) -> np.ndarray:
+    """Six components ``(n, m, 6)`` as a matrix ``(3 n, 3 m)`` on vector dofs."""
+    n, m = components.shape[:2]
+    return np.swapaxes(components[:, :, COMPONENTS], 1, 2).reshape(3 * n, 3 * m)
+
+
+@dataclass(frozen=True)
+class ExactBlocks:
+    """Blocks of one operator.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+    near : NearEntries
+    """
+
+    surface: SampledSurface
+    near: NearEntries
+
+    def __call__(self, functions: np.ndarray) -> np.ndarray:
+        """The block ``(3 n, 3 n)`` of some density functions."""
+        p, outer, source = self.surface.patches, self.surface.outer, self.surface.source
+        position = np.full(p.n_dofs, -1)
+        position[functions] = np.arange(functions.size)
+        elements = np.unique(self._carriers[functions].indices).astype(np.int64)
+        block = np.zeros((functions.size, functions.size, 6))
+        kernels.plain_block(
+            elements,
+            self._targets,
+            outer.weights.reshape(p.n_elements, -1),
+            self._outer_values,
+            source.points.reshape(p.n_elements, -1, 3),
+            source.weights.reshape(p.n_elements, -1),
+            self._source_values,
+            self._indptr,
+            position[p.dofs],
+            source is outer,
+            coincidence(self.surface),
+            block,
+        )
+        return interleave(block + self.near.components(functions, functions))
+
+    def many(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
+        """``use(k, block)`` of every patch, on all threads; no block outlives its use."""
+        _ = self._outer_values, self._source_values, self._carriers, self._targets, self._indptr
+        with workers() as pool:
+            return list(pool.map(lambda k: use(k, self(patches[k])), range(len(patches))))
+
+    @cached_property
+    def _carriers(self) -> csr_matrix:
+        """Elements of each density function."""
+        p = self.surface.patches
+        ones = np.ones(p.dofs.size)
+        shape = (p.n_elements, p.n_dofs)
+        return csr_matrix((ones, p.dofs, p.indptr), shape=shape).T.tocsr()
+
+    @cached_property
+    def _targets(self) -> np.ndarray:
+        n = self.surface.patches.n_elements
+        points = self.surface.outer.points.reshape(n, -1, 3)
+        return np.ascontiguousarray(np.swapaxes(points, 1, 2))
+
+    @cached_property
+    def _indptr(self) -> np.ndarray:
+        return np.ascontiguousarray(self.surface.patches.indptr, dtype=np.int64)
+
+    @cached_property
+    def _outer_values(self) -> np.ndarray:
+        return self._values(self.surface.outer)
+
+    @cached_property
+    def _source_values(self) -> np.ndarray:
+        return self._values(self.surface.source)
+
+    def _values(self, points: PointSet) -> np.ndarray:
+        patches = self.surface.patches
+        return patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T

@@ -1,0 +1,183 @@
+"""Near field on density dofs, ``B^T W C_near`` in block CSR, assembled without a dense matrix.
+
+C_near is what the plain point rule misses at near (outer point, element) pairs [T 3.10a]. The
+kernel is symmetric in its two indices, so a block of test and density function keeps the six
+components 00 01 02 11 12 22. The far part that it completes is ``B^T W G W B``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import bsr_matrix, csr_matrix
+
+from ..surfaces.patches import tensor_bernstein
+from ..surfaces.quadrature import QuadratureOrders
+from ..surfaces.surface_points import PointSet, SampledSurface
+from . import _near_field_kernels as kernels
+from .closest_point import NearPairs, outer_pairs
+from .near_rules import near_moments
+
+CHUNK_BYTES = 16e6  # moments held at a time: fresh memory costs more than shorter chunks
+FULL = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # six components to a 3x3 block
+
+
+@dataclass(frozen=True)
+class NearField:
+    """Sparse near field of an integral operator on density dofs.
+
+    Attributes
+    ----------
+    indptr : (n_dofs + 1,) int array
+    indices : (nnz,) int array
+        Density functions of each test function's row, increasing.
+    data : (nnz, 6) array
+        Symmetric blocks, components 00 01 02 11 12 22.
+    n_pairs : int
+        Near (outer point, element) pairs behind them.
+    """
+
+    indptr: np.ndarray
+    indices: np.ndarray
+    data: np.ndarray
+    n_pairs: int
+
+    @property
+    def n_dofs(self) -> int:
+        return self.indptr.size - 1
+
+    @property
+    def nbytes(self) -> int:
+        return self.indptr.nbytes + self.indices.nbytes + self.data.nbytes
+
+    def apply(self, x: np.ndarray) -> np.ndarray:
+        """Product with densities ``(n_dofs, 3, k)``, threaded."""
+        y = np.zeros(x.shape)
+        kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
+        return y
+
+    def matrix(self) -> bsr_matrix:
+        """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
+        blocks = self.data[:, FULL].reshape(-1, 3, 3)
+        return bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n_dofs,) * 2)
+
+    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Dense part ``(len(rows), len(columns), 6)`` for some test and density functions."""
+        position = np.full(self.n_dofs, -1)
+        position[columns] = np.arange(columns.size)
+        out = np.zeros((rows.size, columns.size, 6))
+        for i, a in enumerate(rows):
+            line = slice(self.indptr[a], self.indptr[a + 1])
+            at = position[self.indices[line]]
+            out[i, at[at >= 0]] = self.data[line][at >= 0]
+        return out
+
+
+def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
+    """Assemble the near field of the single layer."""
+    n = surface.outer.points.shape[0]
+    pairs = outer_pairs(surface, orders, slice(0, n))
+    return assemble(
+        surface, pairs, lambda part: near_moments(surface, part, orders, minus_plain=True)
+    )
+
+
+def assemble(surface: SampledSurface, pairs: NearPairs, moments) -> NearField:
+    """Test the moments of near pairs with the density functions.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+    pairs : NearPairs
+        Near pairs of all outer points.
+    moments : callable
+        ``NearPairs`` of some points to their ``(n_pairs, nb, 6)`` moments; called chunk by chunk.
+    """
+    patches, nt = surface.patches, surface.outer.per_element
+    touching = _element_pairs(surface, pairs)
+    indptr, indices = _pattern(surface, touching)
+    data = np.zeros((indices.size, 6))
+    owner_indptr, owners = _owners(surface)
+    table_indptr = np.ascontiguousarray(patches.indptr, dtype=np.int64)
+    dofs = np.ascontiguousarray(patches.dofs, dtype=np.int64)
+    extraction = np.ascontiguousarray(patches.extraction, dtype=float)
+    values = table_values(surface, surface.outer)
+    weights = surface.outer.weights.reshape(-1, nt)
+    for first, last in _chunks(pairs, nt, extraction.shape[1]):
+        part = pairs.part(slice(first * nt, last * nt))
+        sources_indptr = touching.indptr[first : last + 1] - touching.indptr[first]
+        sources = touching.indices[touching.indptr[first] : touching.indptr[last]]
+        kernels.add_rows(
+            np.unique(dofs[table_indptr[first] : table_indptr[last]]),
+            owner_indptr,
+            owners,
+            first,
+            last,
+            values,
+            weights,
+            table_indptr,
+            dofs,
+            extraction,
+            part.indptr,
+            _slots(part, sources_indptr, sources, nt, patches.n_elements),
+            moments(part).reshape(part.n_pairs, -1),
+            sources_indptr,
+            sources,
+            indptr,
+            indices,
+            data,
+        )
+    return NearField(indptr, indices, data, pairs.n_pairs)
+
+
+def table_values(surface: SampledSurface, points: PointSet) -> np.ndarray:
+    """Density functions at local points by table row, ``(n_rows, per_element)``."""
+    patches = surface.patches
+    return patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T
+
+
+def _chunks(pairs: NearPairs, nt: int, functions: int) -> list[tuple[int, int]]:
+    """Ranges of target elements whose moments fit in `CHUNK_BYTES`."""
+    ends = pairs.indptr[::nt] * (48 * functions)
+    part = np.floor_divide(ends[1:], int(CHUNK_BYTES))
+    starts = np.flatnonzero(np.diff(part, prepend=-1))
+    return list(zip(starts, [*starts[1:], part.size], strict=True))
+
+
+def _element_pairs(surface: SampledSurface, pairs: NearPairs) -> csr_matrix:
+    """Source elements near any point of each target element, sorted."""
+    n = surface.patches.n_elements
+    counts = np.diff(pairs.indptr[:: surface.outer.per_element])
+    keys = np.unique(np.repeat(np.arange(n), counts) * n + pairs.elements)
+    e, f = np.divmod(keys, n)
+    indptr = np.searchsorted(e, np.arange(n + 1))
+    return csr_matrix((np.ones(f.size, np.int32), f, indptr), shape=(n, n))
+
+
+def _pattern(surface: SampledSurface, touching: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Test and density functions that meet in a near pair: CSR indices."""
+    p = surface.patches
+    ones = np.ones(p.dofs.size, np.int32)
+    support = csr_matrix((ones, p.dofs, p.indptr), shape=(p.n_elements, p.n_dofs))
+    pattern = (support.T.tocsr() @ touching @ support).tocsr()
+    pattern.sort_indices()
+    return pattern.indptr.astype(np.int64), pattern.indices.astype(np.int64)
+
+
+def _owners(surface: SampledSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Table rows of each density function: index pointer, ``(element, row)`` pairs."""
+    p = surface.patches
+    rows = np.argsort(p.dofs, kind="stable")
+    element = np.repeat(np.arange(p.n_elements), np.diff(p.indptr))
+    indptr = np.searchsorted(p.dofs[rows], np.arange(p.n_dofs + 1))
+    return indptr, np.ascontiguousarray(np.stack([element[rows], rows], axis=1))
+
+
+def _slots(
+    part: NearPairs, sources_indptr: np.ndarray, sources: np.ndarray, nt: int, n: int
+) -> np.ndarray:
+    """Position of each pair's source element among those of its target element."""
+    target = np.repeat(np.arange(sources_indptr.size - 1), np.diff(part.indptr[::nt]))
+    owner = np.repeat(np.arange(sources_indptr.size - 1), np.diff(sources_indptr))
+    return np.searchsorted(owner * n + sources, target * n + part.elements) - sources_indptr[target]

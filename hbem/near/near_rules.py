@@ -1,0 +1,113 @@
+"""Accurate integrals of near pairs: moments of a layer's kernel against Bernstein polynomials.
+
+Polar rule on the point's own element (doubled where an edge is collapsed); elsewhere a tensor
+rule ``s = s0 + b sinh(v)`` about the closest point, one stretch for the single layer, split at
+``s0`` for the stronger double layer. Triangles are contracted at the vertex farthest from the
+closest point for that. ``C_near`` is the accurate minus the plain rule.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+
+from ..surfaces import triangles
+from ..surfaces.quadrature import QuadratureOrders, gauss_tables
+from ..surfaces.surface_points import SampledSurface
+from . import _sinh_rule_kernels as kernels
+from .closest_point import NearPairs
+
+COINCIDENT = 1e-12  # distances below this fraction of the body are the same point
+
+
+class Layer(enum.IntEnum):
+    """Which kernel: ``SINGLE`` [T 3.10a] or ``DOUBLE`` [T 3.10b]."""
+
+    SINGLE = 0
+    DOUBLE = 1
+
+
+def coincidence(surface: SampledSurface) -> float:
+    """Squared distance below which the plain rule skips a point pair."""
+    extent = np.linalg.norm(np.ptp(surface.centres, axis=0)) + 2.0 * surface.radii.max()
+    return float((COINCIDENT * extent) ** 2)
+
+
+def near_moments(
+    surface: SampledSurface,
+    pairs: NearPairs,
+    orders: QuadratureOrders,
+    layer: Layer = Layer.SINGLE,
+    *,
+    minus_plain: bool = False,
+) -> np.ndarray:
+    """Moments of near pairs, ``(n_pairs, (q + 1) ** 2, 6)``.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+    pairs : NearPairs
+    orders : QuadratureOrders
+    layer : Layer
+    minus_plain : bool
+        Subtract the plain rule of each pair, as the far field will add it back.
+    """
+    n, q = pairs.n_pairs, surface.patches.density_degree
+    plain = pairs.first.astype(np.int64) if minus_plain else np.zeros(n, np.int64)
+    point_of = np.repeat(np.arange(pairs.points.shape[0]), np.diff(pairs.indptr))
+    vertex = _vertices(surface, pairs)
+    moments = _moments(
+        surface, pairs, slice(None), point_of, pairs.found, plain, vertex > 0, orders, layer
+    )
+    for v, turned in enumerate(surface.turned, start=1):
+        k = np.flatnonzero(vertex == v)
+        if k.size == 0:
+            continue
+        found = triangles.turned(pairs.found[k], pairs.elements[k], v, surface, turned)
+        none = np.zeros(k.size, np.int64)
+        part = _moments(turned, pairs, k, point_of[k], found, none, none > 0, orders, layer)
+        moments[k] += triangles.turning(q, v).T @ part
+    return moments
+
+
+def _vertices(surface: SampledSurface, pairs: NearPairs) -> np.ndarray:
+    """Vertex at which the triangle of each pair is contracted; 0 for all others."""
+    if not surface.turned:
+        return np.zeros(pairs.n_pairs, np.int64)
+    whole = np.diff(surface.pieces.indptr)[pairs.elements] == 1
+    apart = pairs.found[:, 2] >= 0.0
+    return np.where(whole & apart, triangles.barycentric(pairs.found).argmin(axis=1), 0)
+
+
+def _moments(surface, pairs, k, point_of, found, plain, only_plain, orders, layer) -> np.ndarray:
+    """Moments of some pairs by one contraction; the rule is left out where `only_plain`."""
+    q, g = surface.patches.density_degree, surface.patches.geometry_degree
+    nodes, weights = gauss_tables()
+    elements, pieces, boxes = pairs.elements[k], pairs.pieces[k], surface.pieces.boxes
+    n = elements.size
+    moments = np.empty((n, (q + 1) ** 2, 6))
+    counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
+    split, rule, largest = layer is Layer.DOUBLE, orders.rule(layer), nodes.shape[0] - 1
+    kernels.choose(
+        found, boxes, pieces, elements, surface.collapsed, plain, rule, split, largest, counts, keys
+    )
+    counts[only_plain] = 0
+    keys[only_plain] = plain[only_plain]
+    ordered = np.argsort(keys, kind="stable")
+    kernels.near_moments(
+        pairs.points, point_of, elements, pieces, found, boxes, counts, plain, ordered,
+        _groups(keys[ordered]), g, surface.shapes, surface.control, surface.collapsed, q,
+        int(layer), split, (orders.radial, orders.angular), orders.source, nodes, weights,
+        coincidence(surface), moments,
+    )  # fmt: skip
+    return moments
+
+
+def _groups(keys: np.ndarray) -> np.ndarray:
+    """Beginnings of groups of equal keys, at most `LANES` each, and the end."""
+    starts = np.flatnonzero(np.diff(keys.astype(np.int64), prepend=-1))
+    sizes = np.diff(np.append(starts, keys.size))
+    counts = -(-sizes // kernels.LANES)
+    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(np.repeat(starts, counts) + kernels.LANES * within, keys.size)

@@ -1,0 +1,185 @@
+"""The joint between surfaces and boundary integrals: polynomial patches with a density basis.
+
+A surface is a set of quadrilateral (or triangular) elements. On element ``e`` the geometry is a
+tensor-product Bezier patch and every density function a combination of Bernstein polynomials,
+``N_a(s, t) = sum_k extraction[a, k] B_k(s, t)`` with ``k = i * (q + 1) + j`` for
+``B_i(s) B_j(t)`` on the unit square. Any object with these attributes serves; bases of the
+shell package do by structure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import block_diag, csr_matrix
+
+
+class SurfacePatches(Protocol):
+    """Elements, geometry and density basis of a surface, as the boundary integrals see it.
+
+    Attributes
+    ----------
+    shape : str
+        ``"quadrilateral"`` or ``"triangle"``.
+    n_elements, n_dofs : int
+        Number of elements and of scalar density functions.
+    n_coefficients : int
+        Rows of the coefficient array that ``geometry`` expects.
+    geometry_degree, density_degree : int
+        Polynomial degree per direction of the Bezier patches and of the extraction tables; of
+        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients (`hbem.surfaces.triangles`).
+    indptr : (n_elements + 1,) int array
+        Element ``e`` owns the table rows ``indptr[e]:indptr[e + 1]``; ragged where elements
+        differ (poles, cuts).
+    dofs : (n_rows,) int array
+        Density function of each table row.
+    extraction : (n_rows, (density_degree + 1) ** 2) array
+        Bernstein coefficients of each table row.
+    bezier : (n_elements * (geometry_degree + 1) ** 2, n_coefficients) sparse matrix
+        Coefficients to Bezier control points. It carries configurations and velocities alike,
+        and its transpose carries forces back.
+    """
+
+    shape: str
+    n_elements: int
+    n_dofs: int
+    n_coefficients: int
+    geometry_degree: int
+    density_degree: int
+    indptr: np.ndarray
+    dofs: np.ndarray
+    extraction: np.ndarray
+    bezier: csr_matrix
+
+
+@dataclass(frozen=True)
+class BezierPatches:
+    """Patches given by tables: exact bodies and unions of surfaces.
+
+    Attributes are those of `SurfacePatches`; ``coefficients (n_coefficients, 3)`` is the
+    configuration of a fixed body, None where it comes from elsewhere.
+
+    Raises
+    ------
+    ValueError
+        Tables whose sizes contradict each other.
+    """
+
+    n_dofs: int
+    geometry_degree: int
+    density_degree: int
+    indptr: np.ndarray
+    dofs: np.ndarray
+    extraction: np.ndarray
+    bezier: csr_matrix
+    coefficients: np.ndarray | None = None
+    shape: str = "quadrilateral"
+
+    def __post_init__(self) -> None:
+        rows = int(self.indptr[-1])
+        triangle = self.shape == "triangle"
+        if self.dofs.shape != (rows,):
+            raise ValueError(f"indptr announces {rows} table rows, dofs has {self.dofs.shape}")
+        if self.extraction.shape != (rows, _functions(self.density_degree, triangle)):
+            raise ValueError(f"extraction tables have the wrong shape {self.extraction.shape}")
+        if self.bezier.shape[0] != self.n_elements * _functions(self.geometry_degree, triangle):
+            raise ValueError("bezier must have one row per Bezier control point")
+        if rows and (self.dofs.min() < 0 or self.dofs.max() >= self.n_dofs):
+            raise ValueError("a table row names a density function outside 0..n_dofs - 1")
+
+    @property
+    def n_elements(self) -> int:
+        return self.indptr.size - 1
+
+    @property
+    def n_coefficients(self) -> int:
+        return self.bezier.shape[1]
+
+
+def _functions(degree: int, triangle: bool) -> int:
+    """Bernstein functions of one element."""
+    return (degree + 1) * (degree + 2) // 2 if triangle else (degree + 1) ** 2
+
+
+def union(*surfaces: SurfacePatches) -> BezierPatches:
+    """Several surfaces as one; elements, functions and coefficients follow each other.
+
+    Raises
+    ------
+    ValueError
+        Surfaces of different shapes or degrees.
+    """
+    kinds = {(p.shape, p.geometry_degree, p.density_degree) for p in surfaces}
+    if len(kinds) != 1:
+        raise ValueError(f"a union needs surfaces of one shape and degree, got {sorted(kinds)}")
+    shape, geometry_degree, density_degree = kinds.pop()
+    first_dof = np.cumsum([0] + [p.n_dofs for p in surfaces])
+    first_row = np.cumsum([0] + [p.indptr[-1] for p in surfaces])
+    known = [getattr(p, "coefficients", None) for p in surfaces]
+    return BezierPatches(
+        n_dofs=int(first_dof[-1]),
+        geometry_degree=geometry_degree,
+        density_degree=density_degree,
+        indptr=np.concatenate(
+            [[0]] + [p.indptr[1:] + o for p, o in zip(surfaces, first_row, strict=False)]
+        ),
+        dofs=np.concatenate([p.dofs + o for p, o in zip(surfaces, first_dof, strict=False)]),
+        extraction=np.concatenate([p.extraction for p in surfaces]),
+        bezier=block_diag([p.bezier for p in surfaces], format="csr"),
+        coefficients=None if any(c is None for c in known) else np.concatenate(known),
+        shape=shape,
+    )
+
+
+def bernstein(degree: int, x: np.ndarray) -> np.ndarray:
+    """Bernstein polynomials at ``x (n,)``: ``(n, degree + 1)``, stable at any degree."""
+    x = np.asarray(x, dtype=float)[:, None]
+    values = np.ones((x.shape[0], 1))
+    for _ in range(degree):
+        zero = np.zeros((x.shape[0], 1))
+        values = np.hstack([(1.0 - x) * values, zero]) + np.hstack([zero, x * values])
+    return values
+
+
+def bernstein_derivative(degree: int, x: np.ndarray) -> np.ndarray:
+    """Derivatives of the Bernstein polynomials at ``x (n,)``: ``(n, degree + 1)``."""
+    x = np.asarray(x, dtype=float)
+    if degree == 0:
+        return np.zeros((x.size, 1))
+    lower = np.pad(bernstein(degree - 1, x), ((0, 0), (1, 1)))
+    return degree * (lower[:, :-1] - lower[:, 1:])
+
+
+def centred_powers(degree: int) -> np.ndarray:
+    """Bernstein to coefficients of powers of ``2 x - 1``, power first, square.
+
+    Centred powers cancel a thousand times less than powers of x at degree 8.
+    """
+    table = np.zeros((degree + 1, degree + 1))
+    for j in range(degree + 1):
+        # B_j = C(n, j) ((1 + z) / 2)^j ((1 - z) / 2)^(n - j)
+        up = np.polynomial.polynomial.polypow([1.0, 1.0], j)
+        down = np.polynomial.polynomial.polypow([1.0, -1.0], degree - j)
+        table[:, j] = comb(degree, j) * np.polynomial.polynomial.polymul(up, down) / 2.0**degree
+    return table
+
+
+def tensor_bernstein(degree: int, s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Values at paired local coordinates ``s, t (n,)``: ``(n, (degree + 1) ** 2)``."""
+    return _outer(bernstein(degree, s), bernstein(degree, t))
+
+
+def tensor_bernstein_gradient(
+    degree: int, s: np.ndarray, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives along s and t at paired ``s, t (n,)``, each ``(n, (degree + 1) ** 2)``."""
+    along_s = _outer(bernstein_derivative(degree, s), bernstein(degree, t))
+    along_t = _outer(bernstein(degree, s), bernstein_derivative(degree, t))
+    return along_s, along_t
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a[:, :, None] * b[:, None, :]).reshape(a.shape[0], -1)

@@ -1,0 +1,215 @@
+"""A surface at its quadrature points: geometry and density functions, ready for the kernels.
+
+Everything that depends on the configuration alone and not on a kernel: points, weights
+``w |x_s x x_t|``, normals, the evaluation matrix B, the mass matrix ``B^T W B`` and the
+constraint ``c_a = int N_a n``. Both sides of an equation must use the same outer points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from .patches import SurfacePatches, centred_powers, tensor_bernstein, tensor_bernstein_gradient
+from .quadrature import QuadratureOrders, gauss_square
+from .subdivision import Pieces, balls, divide, grid_points
+from .triangles import quadrilaterals, turning
+
+COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
+
+
+@dataclass(frozen=True)
+class PointSet:
+    """Tensor Gauss points of every element, ``per_element`` each.
+
+    Attributes
+    ----------
+    s, t : (per_element,) array
+        Local coordinates.
+    points, normals : (n, 3) array
+        Positions and outward unit normals.
+    weights : (n,) array
+        Quadrature weights including the surface element.
+    """
+
+    s: np.ndarray
+    t: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def per_element(self) -> int:
+        return self.s.size
+
+
+@dataclass(frozen=True)
+class SampledSurface:
+    """One configuration of a surface, sampled.
+
+    Attributes
+    ----------
+    patches : SurfacePatches
+    control : (n_elements, geometry_degree + 1, geometry_degree + 1, 3) array
+        Bezier control points.
+    outer, source : PointSet
+        Outer (test) points and plain source points; often the same object.
+    centres : (n_elements, 3) array
+    radii : (n_elements,) array
+        Balls around the elements.
+    collapsed : (n_elements,) bool array
+        Elements with an edge contracted to a point.
+    triangular : bool
+        Whether all elements are triangles, contracted at their vertex 0.
+    """
+
+    patches: SurfacePatches
+    control: np.ndarray
+    outer: PointSet
+    source: PointSet
+    centres: np.ndarray
+    radii: np.ndarray
+    collapsed: np.ndarray
+    triangular: bool = False
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Pieces of elements for the near rules; whole elements unless they turn a lot."""
+        return divide(self.control)
+
+    @cached_property
+    def turned(self) -> tuple[SampledSurface, ...]:
+        """Triangles contracted at vertices 1 and 2 instead, for near rules; else nothing."""
+        if not self.triangular:
+            return ()
+        shape, degree = self.control.shape, self.patches.geometry_degree
+        flat = self.control.reshape(shape[0], -1, 3)
+        return tuple(
+            replace(self, control=(turning(degree, v) @ flat).reshape(shape), triangular=False)
+            for v in (1, 2)
+        )
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Points of every piece from which the closest-point search begins, ``(n, n_q, 3)``."""
+        p, outer = self.pieces, self.outer
+        if p.n == self.control.shape[0]:
+            return outer.points.reshape(p.n, -1, 3)
+        nodes = outer.s[:: round(np.sqrt(outer.per_element))]
+        return grid_points(self.control[p.elements], p.boxes, nodes)
+
+    @cached_property
+    def shapes(self) -> np.ndarray:
+        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
+        degree = self.control.shape[1] - 1
+        power = centred_powers(degree)
+        shapes = np.einsum("ki,eijc,lj->eckl", power, self.control, power, optimize=True)
+        return np.ascontiguousarray(shapes.reshape(self.control.shape[0], -1))
+
+    @cached_property
+    def basis(self) -> csr_matrix:
+        """B: density functions at the outer points, ``(n_points, n_dofs)``."""
+        return density_matrix(self.patches, self.outer)
+
+    @cached_property
+    def source_basis(self) -> csr_matrix:
+        """The same at the plain source points."""
+        return (
+            self.basis if self.source is self.outer else density_matrix(self.patches, self.source)
+        )
+
+    @cached_property
+    def mass(self) -> csr_matrix:
+        """Scalar mass matrix ``B^T W B``."""
+        return (self.basis.T @ diags(self.outer.weights) @ self.basis).tocsr()
+
+    @cached_property
+    def constraint(self) -> np.ndarray:
+        """``c_a = int N_a n``, ``(n_dofs, 3)``."""
+        return self.project(self.outer.normals)
+
+    def project(self, values: np.ndarray) -> np.ndarray:
+        """Integrals ``int N_a f`` of point values ``(n_points, k)``: ``(n_dofs, k)``."""
+        return self.basis.T @ (self.outer.weights[:, None] * values)
+
+
+def sample(
+    patches: SurfacePatches, coefficients: np.ndarray, orders: QuadratureOrders
+) -> SampledSurface:
+    """Sample the configuration ``coefficients (n_coefficients, 3)``.
+
+    Raises
+    ------
+    ValueError
+        Coefficients of a wrong shape or not finite.
+    """
+    triangular = patches.shape == "triangle"
+    if triangular:
+        patches = quadrilaterals(patches)
+    control = control_points(patches, coefficients)
+    outer = point_set(control, orders.outer)
+    source = outer if orders.source == orders.outer else point_set(control, orders.source)
+    centres, radii = balls(control, np.tile([0.0, 1.0, 0.0, 1.0], (control.shape[0], 1)))
+    edges = np.stack([control[:, 0], control[:, -1], control[:, :, 0], control[:, :, -1]], axis=1)
+    lengths = np.linalg.norm(np.diff(edges, axis=2), axis=-1).sum(axis=-1)
+    collapsed = lengths.min(axis=1) < COLLAPSED * radii
+    return SampledSurface(patches, control, outer, source, centres, radii, collapsed, triangular)
+
+
+def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
+    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration."""
+    coefficients = np.asarray(coefficients, dtype=float)
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
+    if coefficients.shape != (patches.n_coefficients, 3):
+        raise ValueError(
+            f"expected coefficients ({patches.n_coefficients}, 3), got {coefficients.shape}"
+        )
+    if not np.all(np.isfinite(coefficients)):
+        raise ValueError("coefficients are not finite")
+    n = patches.geometry_degree + 1
+    return np.ascontiguousarray((patches.bezier @ coefficients).reshape(-1, n, n, 3))
+
+
+def point_set(control: np.ndarray, order: int) -> PointSet:
+    """Tensor Gauss points of all elements."""
+    s, t, w = gauss_square(order)
+    degree = control.shape[1] - 1
+    flat = control.reshape(control.shape[0], -1, 3)
+    along_s, along_t = tensor_bernstein_gradient(degree, s, t)
+    normal = np.cross(along_s @ flat, along_t @ flat)
+    area = np.linalg.norm(normal, axis=-1)
+    return PointSet(
+        s,
+        t,
+        (tensor_bernstein(degree, s, t) @ flat).reshape(-1, 3),
+        (normal / area[..., None]).reshape(-1, 3),
+        (w * area).ravel(),
+    )
+
+
+def density_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
+    """Density functions at tensor points, sparse ``(n, n_dofs)``."""
+    local = patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T
+    element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
+    rows = element[:, None] * points.per_element + np.arange(points.per_element)
+    cols = np.broadcast_to(patches.dofs[:, None], rows.shape)
+    shape = (patches.n_elements * points.per_element, patches.n_dofs)
+    return coo_matrix((local.ravel(), (rows.ravel(), cols.ravel())), shape).tocsr()
+
+
+def geometry_matrix(patches: SurfacePatches, points: PointSet) -> csr_matrix:
+    """Coefficients to values at tensor points, sparse ``(n, n_coefficients)``."""
+    if patches.shape == "triangle":
+        patches = quadrilaterals(patches)
+    values = tensor_bernstein(patches.geometry_degree, points.s, points.t)
+    q, nb = values.shape
+    e = np.arange(patches.n_elements)[:, None, None]
+    rows = np.broadcast_to(e * q + np.arange(q)[:, None], (e.size, q, nb))
+    cols = np.broadcast_to(e * nb + np.arange(nb), (e.size, q, nb))
+    data = np.broadcast_to(values, (e.size, q, nb))
+    local = coo_matrix((data.ravel(), (rows.ravel(), cols.ravel())), (e.size * q, e.size * nb))
+    return (local.tocsr() @ patches.bezier).tocsr()
