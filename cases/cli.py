@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from . import loader
 
 if TYPE_CHECKING:
-    from .runs import Finished
+    from .runs.start import Finished
 
 COMPLETED, STUCK, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
@@ -99,15 +99,15 @@ def _check(options: argparse.Namespace) -> int:
     from .output.forecast import show
 
     if scene.kind == "model-adaptivity":
-        from .flow.forecast import forecast
+        from .kinds.adaptive_flow.forecast import forecast
     elif scene.kind == "planar":
-        from .planar.forecast import forecast
+        from .kinds.planar.forecast import forecast
     elif scene.kind == "capsule":
-        from .capsule.forecast import forecast
+        from .kinds.capsule.forecast import forecast
     elif scene.kind == "shell":
-        from .shell.forecast import forecast
+        from .kinds.load_path.forecast import forecast
     else:
-        from .preflight import forecast
+        from .kinds.inflation.forecast import forecast
     show(scene, forecast(scene))
     return COMPLETED
 
@@ -116,7 +116,7 @@ def _run(options: argparse.Namespace) -> int:
     scene = loader.read(options.scene, options.overrides)
     from rich.console import Console
 
-    from . import runs
+    from .runs import start as runs
 
     try:
         folder = runs.new_folder(scene, options.out)
@@ -129,7 +129,7 @@ def _run(options: argparse.Namespace) -> int:
 def _resume(options: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from . import runs
+    from .runs import start as runs
 
     try:
         finished = runs.resume(options.folder, Console())
@@ -139,7 +139,7 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from . import runs
+    from .runs import start as runs
 
     try:
         print(f"picture: {runs.draw(options.folder)}")

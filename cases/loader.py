@@ -17,13 +17,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from . import config
-from .capsule import config as capsule_config
-from .config import Scene
-from .flow import config as flow_config
-from .planar import config as planar_config
+from .kinds.adaptive_flow import config as flow_config
+from .kinds.capsule import config as capsule_config
+from .kinds.inflation import config
+from .kinds.inflation.config import Scene
+from .kinds.load_path import config as shell_config
+from .kinds.planar import config as planar_config
 from .sections import DETERMINED, Physical, out_of_range
-from .shell import config as shell_config
 
 # A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
 KINDS: Mapping[str, ModuleType] = {

@@ -20,25 +20,32 @@ class Entry:
 
 BENCHMARKS: Mapping[str, Entry] = {
     "adaptivity": Entry(
-        "cases.benchmarks.adaptivity", "where Stokes is good enough, against the printed figures"
+        "cases.benchmarks.adaptivity.suite",
+        "where Stokes is good enough, against the printed figures",
     ),
     "compression": Entry(
-        "cases.benchmarks.compression", "ACA and H2 operators against direct sums and FMM3D"
+        "cases.benchmarks.compression.suite", "ACA and H2 operators against direct sums and FMM3D"
     ),
     "coupling": Entry(
-        "cases.benchmarks.coupling", "coupling schemes: contraction, assemblies, seconds, failures"
+        "cases.benchmarks.coupling.suite",
+        "coupling schemes: contraction, assemblies, seconds, failures",
     ),
-    "folds": Entry("cases.benchmarks.folds", "one fluid solve of bags folded 2, 4, 8, 16 times"),
+    "folds": Entry(
+        "cases.benchmarks.inflation.folds", "one fluid solve of bags folded 2, 4, 8, 16 times"
+    ),
     "integrals": Entry(
-        "cases.benchmarks.integrals", "single and double layer: exact flows, near rules, speed"
+        "cases.benchmarks.integrals.suite",
+        "single and double layer: exact flows, near rules, speed",
     ),
     "pancake": Entry(
-        "cases.benchmarks.pancake", "coupled inflation against statics, schemes compared"
+        "cases.benchmarks.inflation.pancake", "coupled inflation against statics, schemes compared"
     ),
     "planar": Entry(
-        "cases.benchmarks.planar", "planar flows, narrow gaps, all planar scenes, models compared"
+        "cases.benchmarks.planar.suite",
+        "planar flows, narrow gaps, all planar scenes, models compared",
     ),
     "shells": Entry(
-        "cases.benchmarks.shells", "roof, locking and large rotations against published figures"
+        "cases.benchmarks.shells.suite",
+        "roof, locking and large rotations against published figures",
     ),
 }

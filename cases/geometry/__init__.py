@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..config import Geometry, Mesh, Scene
+    from ..kinds.inflation.config import Geometry, Mesh, Scene
     from .bag import Bag
 
 

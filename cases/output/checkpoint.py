@@ -14,7 +14,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..config import Scene
+from ..kinds.inflation.config import Scene
 from ..loader import write
 from ..sections import Output
 from .atomic import replacing

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from ..config import Scene
+from ..kinds.inflation.config import Scene
 
 
 class Item(Protocol):
@@ -18,7 +18,7 @@ class Item(Protocol):
 
 
 class Forecast(Protocol):
-    """What `cases.preflight.forecast` returns."""
+    """What `cases.kinds.inflation.forecast.forecast` returns."""
 
     items: Sequence[Item]
     warnings: Sequence[str]

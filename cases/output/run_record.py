@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..config import Scene
+from ..kinds.inflation.config import Scene
 from ..machine import machine, versions
 from .atomic import replacing
 from .recorder import Silent
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
 
-    from ..accuracy import Accuracy
+    from ..kinds.inflation.accuracy import Accuracy
 
 RUNNING = "running"
 

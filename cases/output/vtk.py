@@ -25,7 +25,7 @@ CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
 
 
 class Sampler(Protocol):
-    """What draws a configuration as quadrilaterals (see `cases.build.fields`)."""
+    """What draws a configuration as quadrilaterals (see `cases.kinds.inflation.build.fields`)."""
 
     def surface_grid(
         self,

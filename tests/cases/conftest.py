@@ -25,11 +25,11 @@ def toy() -> ModuleType:
 
 @pytest.fixture
 def use(monkeypatch, toy):
-    """Put a toy build with the given scheme in the place of `cases.build`."""
+    """Put a toy build with the given scheme in the place of `cases.kinds.inflation.build`."""
 
     def put(scheme=None):
         fake = toy.build(scheme)
-        monkeypatch.setitem(sys.modules, "cases.build", fake)
+        monkeypatch.setitem(sys.modules, "cases.kinds.inflation.build", fake)
         monkeypatch.setattr(cases, "build", fake, raising=False)
 
     return put

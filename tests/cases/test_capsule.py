@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.benchmarks.pancake import History
-from cases.capsule import build
+from cases.benchmarks.inflation.pancake import History
+from cases.kinds.capsule import build
 
 COARSE = ["mesh.rows=6", "mesh.around=8"]
 

@@ -15,10 +15,10 @@ import pytest
 import cases
 from cases import benchmarks, cli
 from cases.benchmarks import report
+from cases.kinds.inflation.comparison import _matched
+from cases.kinds.inflation.picture import NoPicture
 from cases.output.atomic import SUFFIX
-from cases.output.comparison import _matched
 from cases.output.history import read_history
-from cases.output.picture import NoPicture
 from cases.output.vtk import read_frames
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,8 +44,8 @@ def whole(tmp_path_factory, toy):
     """An uninterrupted toy run."""
     folder = tmp_path_factory.mktemp("whole") / "run"
     patch = pytest.MonkeyPatch()
-    patch.setitem(sys.modules, "cases.build", toy.build())
-    patch.setattr(cases, "build", sys.modules["cases.build"], raising=False)
+    patch.setitem(sys.modules, "cases.kinds.inflation.build", toy.build())
+    patch.setattr(cases, "build", sys.modules["cases.kinds.inflation.build"], raising=False)
     code = cli.main([*RUN, "--out", str(folder)])
     patch.undo()
     assert code == 0
@@ -179,7 +179,7 @@ def test_check_prints_the_forecast(monkeypatch, capsys):
     item = SimpleNamespace(name="rho", value=0.48123, unit="", note="m dt S")
     forecast = SimpleNamespace(items=[item], warnings=["rho = 7.8 > 1: use scheme 'implicit'"])
     fake = SimpleNamespace(forecast=lambda scene: forecast)
-    monkeypatch.setitem(sys.modules, "cases.preflight", fake)
+    monkeypatch.setitem(sys.modules, "cases.kinds.inflation.forecast", fake)
     monkeypatch.setattr(cases, "preflight", fake, raising=False)
     assert cli.main(["check", "pancake"]) == 0
     out = capsys.readouterr().out

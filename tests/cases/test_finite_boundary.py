@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cases.flow.build import DIRICHLET, OUTLET, boundary_flow_on, flow_on
-from cases.geometry.channel_cavity import channel_cavity
+from cases.kinds.adaptive_flow.build import DIRICHLET, OUTLET, boundary_flow_on, flow_on
+from cases.kinds.adaptive_flow.geometry import channel_cavity
 from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
 from coupling.partitions.boundary_loop import adapt_boundary

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cases import cli, loader
-from cases.flow import run as flow_run
-from cases.flow.forecast import forecast
+from cases.kinds.adaptive_flow import run as flow_run
+from cases.kinds.adaptive_flow.forecast import forecast
 from cases.output.history import read_history
 from cases.output.vtk import read_frames
 

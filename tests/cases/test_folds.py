@@ -12,14 +12,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases import build, loader
-from cases.config import Geometry
-from cases.contact import collision
+from cases import loader
 from cases.geometry import initial_bag
 from cases.geometry.folded import enclosed, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
-from cases.preflight import volume
+from cases.kinds.inflation import build
+from cases.kinds.inflation.config import Geometry
+from cases.kinds.inflation.contact import collision
+from cases.kinds.inflation.forecast import volume
 from coupling.protocols import Result, State
 from shells.surfaces.pillow import Pillow
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cases.benchmarks.integrals import eigenvalue_rows
-from cases.benchmarks.near_rules import near_rows, triangle_rows
+from cases.benchmarks.integrals.near_rules import near_rows, triangle_rows
+from cases.benchmarks.integrals.suite import eigenvalue_rows
 
 
 @pytest.mark.slow

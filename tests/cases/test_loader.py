@@ -7,7 +7,7 @@ import math
 import pytest
 
 from cases import cli, loader
-from cases.config import GEOMETRIES, Scene
+from cases.kinds.inflation.config import GEOMETRIES, Scene
 
 PHYSICAL = """
 [physical]

@@ -2,10 +2,11 @@
 
 import pytest
 
-from cases import loader, preflight
-from cases.benchmarks.shell_roof import roof
+from cases import loader
+from cases.benchmarks.shells.roof import roof
 from cases.geometry import initial_bag
-from cases.locking import locking_parameter, loss
+from cases.kinds.inflation import forecast as preflight
+from cases.kinds.inflation.locking import locking_parameter, loss
 
 
 @pytest.mark.parametrize(("degree", "membrane", "n"), [(2, "gauss", 12), (3, "gauss", 12)])

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from cases import build, loader
-from cases.benchmarks.coupling import kept_row
-from cases.benchmarks.pancake import FAST, asymmetry, profile, simulate, static_pressure
+from cases import loader
+from cases.benchmarks.coupling.suite import kept_row
+from cases.benchmarks.inflation.pancake import FAST, asymmetry, profile, simulate, static_pressure
 from cases.geometry import initial_bag
-from cases.inflow import ramp_integral
-from cases.preflight import forecast, volume
+from cases.kinds.inflation import build
+from cases.kinds.inflation.forecast import forecast, volume
+from cases.kinds.inflow import ramp_integral
 from coupling.protocols import Result, State
 from coupling.schemes.contraction import contraction_measured
 from shells.equilibrium.load_paths import static_path

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from cases import loader, runs
-from cases.benchmarks import planar_load, planar_models
-from cases.benchmarks import planar_runs as bench
-from cases.geometry.planar import pieces, planar_bag
+from cases import loader
+from cases.benchmarks.planar import load as planar_load
+from cases.benchmarks.planar import models as planar_models
+from cases.benchmarks.planar import runs as bench
+from cases.kinds.planar import build
+from cases.kinds.planar.config import Geometry, Mesh
+from cases.kinds.planar.geometry import pieces, planar_bag
 from cases.output.history import read_history
-from cases.planar import build
-from cases.planar.config import Geometry, Mesh
+from cases.runs import start as runs
 from coupling.protocols import Result
 from hbem.planar.polygon import crossing
 

@@ -4,7 +4,7 @@ import pytest
 
 from cases import loader
 from cases.geometry import initial_bag
-from cases.preflight import compression, fluid_budget, quadrature
+from cases.kinds.inflation.forecast import compression, fluid_budget, quadrature
 
 
 def prepared(*keys):
@@ -26,8 +26,8 @@ def test_cross_approximation_gets_one_set_of_points():
 
 @pytest.mark.parametrize("method", ["aca", "h2"])
 def test_operators_are_refused_beyond_the_memory(monkeypatch, method):
-    monkeypatch.setattr("cases.preflight.memory_bytes", lambda: 1_000_000)
+    monkeypatch.setattr("cases.kinds.inflation.forecast.memory_bytes", lambda: 1_000_000)
     _, chosen = prepared(f"fluid.compression={method}")
     assert chosen.memory == 800_000
-    monkeypatch.setattr("cases.preflight.memory_bytes", lambda: 0)
+    monkeypatch.setattr("cases.kinds.inflation.forecast.memory_bytes", lambda: 0)
     assert prepared(f"fluid.compression={method}")[1].memory is None

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from cases import cli, loader
+from cases.kinds.load_path import build
+from cases.kinds.load_path import run as shell_run
+from cases.kinds.load_path.forecast import forecast
+from cases.kinds.load_path.published import ANNULUS_TABLE, SHEAR_TABLE, exact_moment, reference
 from cases.output.history import read_history
 from cases.output.vtk import read_frames
-from cases.shell import build
-from cases.shell import run as shell_run
-from cases.shell.forecast import forecast
-from cases.shell.published import ANNULUS_TABLE, SHEAR_TABLE, exact_moment, reference
 
 SCENES = ["cantilever-shear", "cantilever-moment", "slit-annulus"]
 RUN = ["run", "cantilever-shear", "--set", "mesh.along=8", "--set", "load.steps=10"]

@@ -1,4 +1,4 @@
-"""A stand-in for `cases.build`: a tube that swells, with scheme memory and rejected steps.
+"""A stand-in for `cases.kinds.inflation.build`: a tube that swells, with scheme memory and rejected steps.
 
 Run as a script (``toy.py OUT KILL_AT``) it is killed with SIGKILL inside a step.
 """
@@ -97,7 +97,7 @@ class Sampler:
 
 
 def build(scheme: Scheme | None = None) -> SimpleNamespace:
-    """A module-like object with the signatures of `cases.build`."""
+    """A module-like object with the signatures of `cases.kinds.inflation.build`."""
 
     def simulation(scene, recorders=()):
         start = State(0.0, initial(), np.zeros((AROUND * ROWS, 3)))
@@ -122,7 +122,9 @@ if __name__ == "__main__":
     import cases
     from cases import cli
 
-    cases.build = sys.modules["cases.build"] = build(Scheme(kill_at=int(sys.argv[2])))
+    cases.kinds.inflation.build = sys.modules["cases.kinds.inflation.build"] = build(
+        Scheme(kill_at=int(sys.argv[2]))
+    )
     folder = str(Path(sys.argv[1]))
     sys.exit(cli.main(["run", "pancake", "--set", "time.dt=8", "--set", "time.end=160", "--set",
                        "output.checkpoint_every=4", "--set", "output.fields_every=3",

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cases.flow.build import flow_on
-from cases.geometry.channel_cavity import channel_cavity, with_names
+from cases.kinds.adaptive_flow.build import flow_on
+from cases.kinds.adaptive_flow.geometry import channel_cavity, with_names
 from coupling.model_adaptivity import adaptive_loop as loop
 from coupling.model_adaptivity import goals, mesh_adaptivity
 from coupling.model_adaptivity.adaptive_loop import Result, Strategy, adapt, full_model

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cases.flow.build import DIRICHLET, OUTLET, flow_on
-from cases.geometry.channel_cavity import channel_cavity
+from cases.kinds.adaptive_flow.build import DIRICHLET, OUTLET, flow_on
+from cases.kinds.adaptive_flow.geometry import channel_cavity
 from coupling.navier_stokes.newton import robust
 from coupling.partitions.interface_iterations import Scheme, partitioned
 from coupling.partitions.substructure import cut, monolithic

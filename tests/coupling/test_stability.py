@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import aslinearoperator
 
-from cases.benchmarks import coupling as bench
+from cases.benchmarks.coupling import suite as bench
 from coupling.schemes.contraction import contraction_measured, film_symbol, worst_mode
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cases.benchmarks import planar_layers as layers
-from cases.planar import exact
+from cases.benchmarks.planar import layers as layers
+from cases.kinds.planar import exact
 from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, crossing, edges, meeting, smallest_gap
 from hbem.planar.potential import PlanarPotential

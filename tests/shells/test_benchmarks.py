@@ -6,7 +6,9 @@ from scipy.sparse import coo_matrix
 from skfem import BilinearForm, LinearForm, condense, solve
 from skfem.helpers import dd, ddot
 
-from cases.benchmarks import shell_roof, shell_rotations, shell_speed
+from cases.benchmarks.shells import roof as shell_roof
+from cases.benchmarks.shells import rotations as shell_rotations
+from cases.benchmarks.shells import speed as shell_speed
 from cases.geometry.revolution import flat_bag, sphere
 from shells.conditions.supports import extraction, vector_dofs
 from shells.energy.hyperelastic import NeoHookean, PointwiseShell

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cases.benchmarks.coupling_stress import CASES, KILLED, kill_row, stress_row
+from cases.benchmarks.coupling.stress import CASES, KILLED, kill_row, stress_row
 
 LONG = [name for name in CASES if "round" in name or "antisymmetric" in name or "30 times" in name]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.benchmarks.gaps import RIM, disc
+from cases.benchmarks.integrals.gaps import RIM, disc
 from cases.geometry import bodies
 from cases.geometry.bodies import from_control_points, sphere, torus
 from cases.geometry.pillow import round_bag

@@ -1,0 +1,144 @@
+"""Coupled runs of the planar scenes: how each ended and what was measured on the way."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from coupling.protocols import Outcome, State
+from shells.equilibrium.structure import ShellStructure
+
+from ... import loader
+from ...kinds.planar import build
+from ...kinds.planar.config import Scene
+from ..inflation.pancake import History
+from .layers import Row
+
+POINTS = 400  # of a history in a report
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished planar run with everything that was measured on the way."""
+
+    scene: Scene
+    overrides: tuple[str, ...]
+    structure: ShellStructure
+    history: History
+    outcome: Outcome
+    seconds: float
+
+    @property
+    def states(self) -> list[State]:
+        return self.history.states
+
+    def row(self, case: str, error: float, **more: Any) -> Row:
+        h = self.history
+        counts = self.outcome.counts
+        t, gap = h.column("t"), h.column("min_gap")
+        every = slice(None, None, max(1, t.size // POINTS))
+        return {
+            "case": case,
+            "seconds": self.seconds,
+            "error": error,
+            **more,
+            "result": self.outcome.result.name,
+            "t": self.outcome.t,
+            "rejected": counts["rejected"],
+            "assemblies/step": counts["assemblies"] / max(1, counts["accepted"]),
+            "min gap": float(gap.min()),
+            "V/V0": float(h.column("volume")[-1] / h.column("volume")[0]),
+            "_history": [t[every], gap[every]],
+        }
+
+
+def simulate(name: str, *overrides: str) -> Run:
+    """Run a shipped planar scene in memory; its seconds are those of the processor."""
+    scene = loader.read(name, list(overrides))
+    history = History()
+    simulation = build.simulation(scene, [history])
+    start = time.process_time()
+    outcome = simulation.run()
+    seconds = time.process_time() - start
+    return Run(scene, overrides, simulation.structure, history, outcome, seconds)
+
+
+def volume_error(run: Run) -> float:
+    """Largest relative deviation from the prescribed volume."""
+    h = run.history
+    return float(np.abs(h.column("volume") / h.column("volume_prescribed") - 1.0).max())
+
+
+def pancake(quick: bool) -> tuple[list[Row], Run]:
+    """High aspect ratio [T 5.3.1]: with and without exterior."""
+    short = ("time.end=400", "time.dt=8", "mesh.straight=0.6", "mesh.curved=0.35") if quick else ()
+    stokes = simulate("planar-stokes-pancake", *short)
+    h = stokes.history
+    end = stokes.states[-1]
+    if quick:
+        error, kind = volume_error(stokes), "volume"
+    else:
+        static = stokes.structure.static(
+            end.coefficients, stokes.structure.volume(end.coefficients), pressure=end.pressure
+        )
+        error, kind = abs(end.pressure / static.state.pressure - 1.0), "final pressure"
+    rows = [
+        stokes.row(
+            "pancake, lambda = 1",
+            error,
+            error_kind=kind,
+            pressure=end.pressure,
+            stretch=f"{h.column('stretch_min').min():.4f}..{h.column('stretch_max').max():.4f}",
+        )
+    ]
+    if not quick:
+        # 4 is the scene's step: backward Euler damps the arms, which then miss each other
+        for dt in (4.0, 2.0, 1.0):
+            alone = simulate(
+                "planar-stokes-pancake",
+                *("fluid.viscosity_ratio=0", f"time.dt={dt}", "time.end=1300"),
+            )
+            case = f"pancake, lambda = 0, dt = {dt:g}"
+            rows.append(alone.row(case, volume_error(alone), error_kind="volume"))
+    return rows, stokes
+
+
+def deflation_rows(quick: bool) -> list[Row]:
+    """Deflating circle [T 5.3.2]: volume reduction at the end of each run."""
+    short = ("time.end=200", "time.dt=8") if quick else ()
+    rows = []
+    meshes = (32, 64) if quick else (32, 64, 96)
+    for elements, rim in (*((n, "clamped") for n in meshes), (64, "hinged")):
+        run = simulate(
+            "planar-stokes-deflation", f"mesh.uniform={elements}", f"structure.ends={rim}", *short
+        )
+        row = run.row(
+            f"deflation, {rim}, {elements} elements", volume_error(run), error_kind="volume"
+        )
+        rows.append({**row, "reduction": 1.0 - row["V/V0"]})
+    return rows
+
+
+def fold(quick: bool) -> tuple[list[Row], Run]:
+    """The folded bag in Stokes flow."""
+    run = simulate("planar-stokes-fold", *(("time.end=64",) if quick else ()))
+    return [run.row("fold, Stokes, lambda = 1", volume_error(run), error_kind="volume")], run
+
+
+def potential_rows(quick: bool) -> list[Row]:
+    """Potential flow: the pancake, and the folded bag with its contact force for three varpi."""
+    run = simulate("planar-potential-pancake", *(("time.end=6",) if quick else ()))
+    rows = [run.row("pancake, potential, varpi = 0.1", volume_error(run), error_kind="volume")]
+    for varpi in (0.1, 1.0, 10.0):
+        # the heaviest fluid takes steps of 6e-3: t = 1 is what three minutes reach
+        ends = (0.2, 1.0) if varpi > 1.0 else (0.6, 20.0)
+        end = f"time.end={ends[0] if quick else ends[1]}"
+        # plain subiterations diverge as the throat narrows; long ones are better halved early
+        heavy = ("coupling.scheme=aitken", "coupling.max_iterations=12") if varpi >= 1.0 else ()
+        run = simulate("planar-potential-fold", f"fluid.mass_ratio={varpi}", end, *heavy)
+        row = run.row(f"fold, potential, varpi = {varpi:g}", volume_error(run), error_kind="volume")
+        rows.append({**row, "bound of the contact pressure": 4.0 * run.scene.fluid.contact_force})
+    return rows

@@ -1,0 +1,49 @@
+"""Forecast of a capsule run before any work: sizes, time scales, contraction, the answer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coupling.schemes.contraction import contraction_forecast
+
+from ..inflation.forecast import LIMITS, Forecast, Item
+from .config import Scene
+
+
+def contraction(scene: Scene) -> float:
+    """Contraction rho of plain subiterations at the scene's time step."""
+    m, f = scene.mesh, scene.fluid
+    size = min(np.pi / m.rows, 2.0 * np.pi / m.around)
+    both = 0.5 * (1.0 + f.viscosity_ratio)
+    rate = contraction_forecast(f.mass_ratio, scene.time.dt, element_size=size, gap=2.0, extent=1.0)
+    return both * rate
+
+
+def forecast(scene: Scene) -> Forecast:
+    """Sizes, time scales and warnings of a scene."""
+    m, f, t = scene.mesh, scene.fluid, scene.time
+    elements = m.rows * m.around
+    shear = scene.structure.shear_modulus
+    # the factor was measured (lambda = 1); theory gives the scale
+    relaxation = 2.8 * f.mass_ratio * (1.0 + f.viscosity_ratio) / shear
+    rho = contraction(scene)
+    items = [
+        Item("elements", elements),
+        Item("steps", int(np.ceil(t.end / t.dt)), "", f"of {t.dt:g}"),
+        Item("strain rate", scene.strain_rate, "", "from the capillary number"),
+        Item("time of relaxation", relaxation, "", "both viscosities against the shear modulus"),
+        Item("steady deformation", scene.exact_deformation, "", "small-deformation theory"),
+        Item("contraction rho", rho, "", f"of plain subiterations at dt = {t.dt:g}"),
+        Item("double layer", "skipped" if f.viscosity_ratio == 1.0 else "assembled"),
+    ]
+    limit, warnings = LIMITS.get(scene.coupling.scheme, np.inf), []
+    if rho > limit:
+        warnings.append(
+            f"coupling.scheme = {scene.coupling.scheme!r} diverges: rho = {rho:.2g} (it needs "
+            f"rho < {limit:g}); use 'implicit', or time.dt below {0.5 * limit / rho * t.dt:.2g}"
+        )
+    if scene.flow.capillary > 0.05:
+        warnings.append(
+            f"flow.capillary = {scene.flow.capillary:g} is beyond small-deformation theory"
+        )
+    return Forecast(tuple(items), tuple(warnings))

@@ -1,0 +1,70 @@
+"""The fluid's accuracy over a run: the budget before it, and what came of it.
+
+Collects the smallest gap, the largest residual and the largest multiplier of the accepted steps;
+`hbem.accuracy.review` judges them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hbem.accuracy import Budget, review
+
+from ...geometry import initial_bag
+from .config import Scene
+from .forecast import fluid_budget
+
+if TYPE_CHECKING:
+    from coupling.protocols import AcceptedStep
+
+
+@dataclass
+class Accuracy:
+    """Budget of a run and the extremes along it.
+
+    Attributes
+    ----------
+    budget : Budget
+    gap, extent : float
+        Smallest gap so far and the extent of the narrowest region.
+    residual, zeta : float
+        Largest true residual, and largest multiplier over the largest velocity.
+    """
+
+    budget: Budget
+    gap: float
+    extent: float
+    residual: float = 0.0
+    zeta: float = 0.0
+
+    @classmethod
+    def of(cls, scene: Scene) -> Accuracy | None:
+        """That of a scene; None without boundary integrals on surfaces."""
+        if scene.kind != Scene.kind or scene.fluid.model == "pressure":
+            return None
+        body = initial_bag(scene)
+        return cls(fluid_budget(scene, body), body.gap, body.extent)
+
+    def note(self, step: AcceptedStep) -> None:
+        """Take an accepted step into account."""
+        row = step.row
+        self.gap = min(self.gap, row.get("min_gap", self.gap))
+        fastest = row.get("velocity_max", 0.0)
+        if step.traction is not None and fastest > 0.0:
+            self.zeta = max(self.zeta, abs(step.traction.zeta) / fastest)
+            self.residual = max(self.residual, step.traction.residual)
+
+    def before(self) -> dict[str, object]:
+        """The budget as plain numbers, with its warnings."""
+        return {**self.budget.describe(), "warnings": list(self.budget.warnings)}
+
+    def after(self) -> dict[str, object]:
+        """What the run achieved."""
+        return review(
+            self.budget,
+            gap=self.gap,
+            extent=self.extent,
+            residual=self.residual,
+            zeta=self.zeta,
+        )

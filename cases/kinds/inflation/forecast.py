@@ -1,0 +1,276 @@
+"""Forecast of a run before any work: sizes, memory, contraction, time scales, with warnings.
+
+Needs the geometry only: neither scikit-fem nor numba is loaded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coupling.schemes.contraction import contraction_forecast
+from hbem.accuracy import Budget, budget
+from hbem.compression.choice import STORED_LIMIT, Compression, choose
+from hbem.surfaces.quadrature import QuadratureOrders
+
+from ...geometry import initial_bag
+from ...geometry.bag import Bag
+from ...geometry.folded import FoldedBag
+from ...geometry.inspection import inspect, strain_energy
+from ...machine import memory_bytes
+from . import locking
+from .config import Scene
+
+# Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
+NEAR_PAIRS_PER_POINT = 24
+GIGABYTE = 2.0**30
+MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
+# Measured: partitioned schemes converge up to these contractions.
+LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
+REFERENCES = {
+    "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
+    "flat": "the flat bag: stretched by the folds, starts with a relaxation",
+    "creased": "the folded state: at rest when folded, only pressure opens it",
+}
+
+
+@dataclass(frozen=True)
+class Item:
+    """One forecast figure."""
+
+    name: str
+    value: float | int | str
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What `airfold check` prints."""
+
+    items: tuple[Item, ...]
+    warnings: tuple[str, ...]
+
+
+def contraction(scene: Scene, body: Bag | None = None) -> float:
+    """Contraction rho of plain subiterations at the scene's time step, before any work."""
+    body = initial_bag(scene) if body is None else body
+    return contraction_forecast(
+        scene.fluid.mass_ratio,
+        scene.time.dt,
+        element_size=_element_size(body),
+        gap=body.gap,
+        extent=body.extent,
+    )
+
+
+def fluid_budget(scene: Scene, body: Bag | None = None) -> Budget:
+    """Tolerances of the boundary integrals from the scene's traction error and narrowest gap."""
+    body = initial_bag(scene) if body is None else body
+    return budget(scene.fluid.tolerance, body.gap, body.extent)
+
+
+def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
+    """Orders of the budget, or those that the scene insists on."""
+    f = scene.fluid
+    radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
+    far = max(3, f.outer_points, asked.orders.far)
+    return replace(
+        asked.orders,
+        # cross approximation needs one set of points
+        outer=far if f.compression == "aca" else f.outer_points,
+        far=far,
+        radial=radial,
+        angular=angular,
+        near_ball=f.near_ball,
+    )
+
+
+def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
+    """How the single layer is compressed; None where it is stored or summed directly."""
+    orders = quadrature(scene, asked)
+    elements = body.membrane.n_elements + body.patch.n_elements
+    method = scene.fluid.compression
+    if method == "auto" and scene.fluid.solver == "lu":
+        method = "dense"
+    return choose(
+        method,
+        asked.compression,
+        n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
+        n_outer=elements * orders.outer**2,
+        n_source=elements * orders.source**2,
+        memory=MEMORY_SHARE * memory_bytes() or None,
+        seed=scene.output.seed,
+    )
+
+
+def forecast(scene: Scene) -> Forecast:
+    """Sizes, time scales and warnings of a scene."""
+    body = initial_bag(scene)
+    items = _sizes(scene, body)
+    locked = locking.warning(scene, body)
+    warnings = [locked] if locked else []
+    if isinstance(body, FoldedBag):
+        more, cautions = _folds(scene, body)
+        items += more
+        warnings += cautions
+    if scene.fluid.model == "pressure":
+        items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
+    else:
+        more, cautions = _fluid(scene, body)
+        items += more
+        warnings += cautions
+    return Forecast(tuple(items), tuple(warnings))
+
+
+def _element_size(body: Bag) -> float:
+    """Square root of the smallest membrane element's area, poles left out."""
+    middle = np.array([0.5])
+    s, t = (body.membrane.sample(middle, middle, k) for k in (0, 1))
+    c = body.coefficients[: body.n_membrane]
+    area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
+    return float(np.sqrt(area.min()))
+
+
+def _patch_area(body: Bag) -> float:
+    """Area of the inflow patch, by three points an element and direction."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    s, t = (body.patch.sample(xi, eta, k) @ body.coefficients[body.n_membrane :] for k in (0, 1))
+    weights = np.tile(0.25 * np.outer(w, w).ravel(), body.patch.n_elements)
+    return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
+
+
+def volume(body: Bag) -> float:
+    """Enclosed volume of the initial bag [T 2.27]."""
+    x, w = np.polynomial.legendre.leggauss(body.membrane.degree + 2)
+    x, w = 0.5 * (x + 1.0), 0.5 * w
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    total, start = 0.0, 0
+    for part in (body.membrane, body.patch):
+        c = body.coefficients[start : start + part.n_coefficients]
+        start += part.n_coefficients
+        point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
+        cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
+        total += float(cone @ np.tile(np.outer(w, w).ravel(), part.n_elements))
+    return total
+
+
+def _sizes(scene: Scene, body: Bag) -> list[Item]:
+    start = volume(body)
+    elements = body.membrane.n_elements + body.patch.n_elements
+    error = f"largest distance {body.fit_error:.2g}"
+    volume_error = abs(start / body.exact_volume - 1.0)
+    # a crumpled bag has no exact shape to compare with
+    compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
+    return [
+        Item("elements", elements, "", f"{body.patch.n_elements} of them inflow patch"),
+        Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
+        Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
+        Item("final volume", scene.inflow.final_volume * start),
+        Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
+        Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),
+        Item("time of a membrane wave", body.extent, "", "extent over wave speed 1"),
+        Item("time of the inflow", scene.inflow.t1 + scene.inflow.t2),
+    ]
+
+
+def _folds(scene: Scene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+    """How a bag is folded, measured on its fit, against the rules of folding."""
+    found, fold = inspect(body), body.folding
+    low, p1, p99, high = found.stretches
+    crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
+    faced = "nothing" if np.isinf(found.faced) else found.faced
+    items = [
+        Item("patch faces", faced, "", "distance outward to the nearest sheet"),
+        Item("self-intersections", crossing, "", "of the folded bag; checked by extra 'contact'"),
+    ]
+    if np.isinf(fold.radius):
+        return items, found.warnings()
+    nature = scene.structure.reference
+    items += [
+        Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
+        Item("elements per fold radius", found.per_radius, "", "1 at least, 2 for strains to 3%"),
+        Item("gap over twice the radius", found.curvature, "", "below 1 or sheets turn inside out"),
+        Item("between panels", fold.between, "", f"panels {fold.panel:.3g} long"),
+        Item("stretch of folding", high, "", f"down to {low:.3g}; 98% in {p1:.3g} .. {p99:.3g}"),
+        Item("reference", nature, "", REFERENCES[nature]),
+    ]
+    if nature == "flat":
+        energy = strain_energy(body, scene.structure.poisson_ratio)
+        strain = max(high - 1.0, 1.0 - low)
+        items.append(Item("initial membrane energy", energy, "", f"largest strain {strain:.2g}"))
+    return items, found.warnings()
+
+
+def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
+    f = scene.fluid
+    elements = body.membrane.n_elements + body.patch.n_elements
+    unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
+    memory = 8.0 * unknowns**2 / GIGABYTE
+    rho = contraction(scene, body)
+    asked = fluid_budget(scene, body)
+    # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
+    symbol = rho / (f.mass_ratio * scene.time.dt)
+    lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
+    speed = scene.inflow.final_volume * volume(body) / (_patch_area(body) * scene.inflow.t2)
+    items = [
+        Item("fluid unknowns", unknowns, "", "traction coefficients"),
+        Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),
+        _operator(compression(scene, body, asked), f.solver, unknowns),
+        Item("time of lubrication", lubrication, "", "gap against membrane tension"),
+        Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
+        Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
+        *_accuracy(asked, quadrature(scene, asked), f.krylov_tolerance),
+        Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
+    ]
+    warnings = list(asked.warnings)
+    limit = LIMITS.get(scene.coupling.scheme, np.inf)
+    others = ", ".join(f"{k} needs rho < {v:g}" for k, v in LIMITS.items())
+    if rho > limit:
+        warnings.append(
+            f"coupling.scheme = {scene.coupling.scheme!r} diverges: rho = {rho:.2g} at dt = "
+            f"{scene.time.dt:g} ({others}); use 'implicit', or time.dt below "
+            f"{0.5 * limit / rho * scene.time.dt:.2g}"
+        )
+    elif rho > 1.0:
+        items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
+    if memory > 4.0 and f.solver == "lu":
+        warnings.append(
+            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or coarsen the "
+            "mesh (mesh.around, mesh.flat_max)"
+        )
+    if speed > 3.0:
+        warnings.append(
+            f"the mean inflow speed is {speed:.2g} wave speeds: the inlet stretches before the rim "
+            "moves; lower inflow.final_volume or raise inflow.t2"
+        )
+    return items, warnings
+
+
+def _operator(how: Compression | None, solver: str, unknowns: int) -> Item:
+    """What holds the single layer."""
+    if how is not None:
+        note = f"matrix tolerance {how.tolerance:.1e}, {unknowns} unknowns"
+        return Item("single layer", f"compressed, {how.method}", "", note)
+    if unknowns > STORED_LIMIT and solver != "lu":
+        return Item("single layer", "direct sums", "", f"{unknowns} unknowns, nothing stored")
+    memory = 8.0 * unknowns**2 / GIGABYTE
+    return Item("dense operator", memory, "GB", "a factorization and a copy come on top")
+
+
+def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:
+    """What the traction tolerance comes to in the narrowest gap."""
+    p, c = asked.predicted, asked.compression
+    near = f"sinh {orders.near_offset:g} + {orders.near_slope:g} ln(1/b)"
+    self_rule = f"polar {orders.radial} x {orders.angular}, far {orders.source} x {orders.source}"
+    return [
+        Item(
+            "traction tolerance", asked.traction, "", f"in a gap of thinness {asked.thinness:.2g}"
+        ),
+        Item("traction error expected", asked.total, "", "quadrature, compression, Krylov"),
+        Item("  of quadrature", p["quadrature"], "", f"{near}, {self_rule}"),
+        Item("  of compression", p["compression"], "", f"ACA {c['aca']:.1e}, H2 {c['h2']:.1e}"),
+        Item("  of Krylov", p["krylov"], "", f"true residual {krylov or asked.krylov:.1e}"),
+    ]

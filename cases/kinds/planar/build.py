@@ -1,0 +1,187 @@
+"""The factory of planar scenes: curve, structure, fluid and the same simulation as in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.protocols import Recorder, State
+from coupling.schemes.contraction import contraction_measured
+from coupling.schemes.implicit import StructureOnly
+from coupling.stepping.integrator import BDF2, BackwardEuler
+from coupling.stepping.step_control import StepControl
+from coupling.stepping.time_loop import Simulation, Tolerances
+from hbem.planar.contact import ContactForce
+from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
+from hbem.planar.potential import PlanarPotential
+from hbem.planar.stokes import PlanarStokes
+from shells.energy.elastic_string import ElasticString
+from shells.energy.material import Material
+from shells.energy.planar_shell import PlanarMembrane, PlanarShell
+from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports
+
+from ..inflow import prescribed_volume
+from ..schemes import iterations
+from ..schemes import scheme as named_scheme
+from .config import Scene
+from .contact import CurveCollision
+from .forecast import contraction, final_volume
+from .geometry import PlanarBag, planar_bag
+
+LAWS: Mapping[str, type[PlanarMembrane]] = {"kirchhoff-love": PlanarShell, "string": ElasticString}
+CHEAP = 10.0  # forming the response costs as much as assembling: measured break-even
+SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]  # points of an element in pictures and gap checks
+
+
+def bag(scene: Scene) -> PlanarBag:
+    """Initial geometry of a scene."""
+    return planar_bag(scene.geometry, scene.mesh)
+
+
+def structure(scene: Scene, body: PlanarBag) -> ShellStructure:
+    """The membrane with its supports and its enclosed area."""
+    c = scene.structure
+    basis = CurveBasis(body.nodes, body.coefficients)
+    membrane = LAWS[c.law](basis, Material(c.flexural_rigidity, c.stiffness, density=c.density))
+    E = end_supports(body.coefficients, c.ends)
+    return ShellStructure(membrane, E, EnclosedArea(basis))
+
+
+def fluid(scene: Scene, body: PlanarBag) -> PlanarStokes | PlanarPotential | None:
+    """The flow model; None for uniform pressure."""
+    f = scene.fluid
+    if f.model == "pressure":
+        return None
+    boundary = Boundary(body.nodes, body.inlet, body.profile)
+    rule = OuterRule(f.outer_points, f.near_points)
+    if f.model == "stokes":
+        return PlanarStokes(boundary, f.mass_ratio, f.viscosity_ratio, f.log_radius, rule)
+    contact = ContactForce(f.contact_force, f.contact_cutoff) if f.contact_force else None
+    return PlanarPotential(boundary, f.mass_ratio, contact, rule)
+
+
+def scheme(scene: Scene, body: PlanarBag) -> object:
+    """The coupling scheme of a scene."""
+    if scene.fluid.model == "pressure":
+        return StructureOnly()
+    stokes = scene.fluid.model == "stokes"
+    rho = contraction(scene, body) if stokes else 0.0
+    return named_scheme(scene.coupling, rho, scene.time.dt, linear=stokes, cheap=CHEAP)
+
+
+def chosen(scene: Scene) -> object:
+    """The scene's scheme."""
+    return scheme(scene, bag(scene))
+
+
+def measured_contraction(scene: Scene, state: State | None = None) -> float:
+    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
+    body = bag(scene)
+    c = body.coefficients if state is None else state.coefficients
+    state = State(0.0, c, np.zeros_like(c)) if state is None else state
+    inverse = structure(scene, body).linearised(state, scene.time.dt)
+    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """Curves of configurations for checks, files and pictures."""
+
+    body: PlanarBag
+    structure: ShellStructure
+
+    def curve(self, coefficients: np.ndarray) -> np.ndarray:
+        """Membrane points ``(n, 2)``, five an element, then those of the inlet."""
+        basis = self.structure.shell.basis
+        points = basis.sample(SAMPLES) @ coefficients
+        return np.concatenate([points, coefficients[-2:-1], self.body.inlet])
+
+    def diagnostics(self, state: State) -> Mapping[str, float]:
+        """Columns of the history."""
+        stretch = self.structure.shell.stretch(state.coefficients)
+        points = self.curve(state.coefficients)
+        return {
+            "min_gap": smallest_gap(points),
+            "top": float(points[:, 1].max()),
+            "stretch_min": float(stretch.min()),
+            "stretch_max": float(stretch.max()),
+        }
+
+    def surface_grid(
+        self,
+        coefficients: np.ndarray,
+        traction: np.ndarray | None = None,
+        velocity: np.ndarray | None = None,
+        tessellate: int = 1,
+    ) -> dict[str, object]:
+        """The polygon through the nodes as lines with velocity and traction, for files."""
+        n = self.body.nodes.size
+        points = np.concatenate([coefficients[::2], self.body.inlet])
+        total = points.shape[0]
+        index = np.arange(total)
+        velocity = np.zeros_like(coefficients) if velocity is None else velocity
+        data = {"velocity": np.zeros((total, 2))}
+        data["velocity"][:n] = velocity[::2]
+        if traction is not None:
+            # two values meet at a node: their mean
+            data["traction"] = 0.5 * (traction[::2] + np.roll(traction[1::2], 1, axis=0))
+        return {
+            "points": _in_space(points),
+            "lines": np.stack([index, (index + 1) % total], axis=1),
+            "point_data": {name: _in_space(v) for name, v in data.items()},
+            "cell_data": {"part": (index >= n - 1).astype(int)},
+        }
+
+
+def _in_space(vectors: np.ndarray) -> np.ndarray:
+    return np.column_stack([vectors, np.zeros(vectors.shape[0])])
+
+
+def fields(scene: Scene) -> Sampler:
+    """Sampler of a scene's configurations."""
+    body = bag(scene)
+    return Sampler(body, structure(scene, body))
+
+
+def skipped(scene: Scene) -> list[str]:
+    """What this scene does not need and a run therefore leaves out."""
+    f = scene.fluid
+    if f.model == "pressure":
+        return ["fluid: uniform pressure, no boundary integrals"]
+    if f.model == "potential":
+        return [] if f.contact_force else ["contact force: fluid.contact_force = 0"]
+    if f.viscosity_ratio == 1.0:
+        return ["double layer: equal viscosities need the single layer only"]
+    return ["exterior flow: fluid.viscosity_ratio = 0"] if f.viscosity_ratio == 0.0 else []
+
+
+def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
+    """Everything a run needs, from one scene."""
+    body = bag(scene)
+    curve = structure(scene, body)
+    sampler = Sampler(body, curve)
+    t, c = scene.time, scene.coupling
+    start = curve.volume(body.coefficients)
+    return Simulation(
+        structure=curve,
+        fluid=fluid(scene, body),
+        scheme=scheme(scene, body),
+        volume=prescribed_volume(final_volume(scene, body, start), start),
+        initial=State(0.0, body.coefficients, np.zeros_like(body.coefficients)),
+        control=StepControl(
+            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
+        ),
+        tolerances=Tolerances(
+            c.tolerance,
+            c.absolute_tolerance,
+            iterations(c),
+        ),
+        recorders=recorders,
+        diagnostics=sampler.diagnostics,
+        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
+        checkpoint_every=scene.output.checkpoint_every,
+        collision=CurveCollision(sampler.curve, n_inlet=body.inlet.shape[0] + 1),
+    )

@@ -1,0 +1,178 @@
+"""A planar scene as frozen dataclasses: fields with their defaults and admissible ranges.
+
+Non-dimensional like the others, see `cases.kinds.inflation.config`: stiffness, line density and length unit are 1;
+the thesis' planar Kirchhoff-Love law [T 2.21] is that of ``structure.stiffness = 2``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from ...sections import Coupling, Output, Time, rule
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Initial shape over a straight inlet.
+
+    ``radius``: half the distance of the sheets (pancake, fold), of the circle (arc). ``width``: of
+    the pancake [T fig. 4.2]. ``inlet``: width of the inlet (0: ``radius``). ``fold_radius`` and
+    ``panel``: of the folds' mid-curve (0: 5 radii, 10 fold radii), ``chamber`` its half length.
+    ``asymmetry``: amplitude of a sideways disturbance, which decides what rounding would.
+    """
+
+    kind: str = rule("pancake", choices=("pancake", "arc", "fold"))
+    radius: float = rule(1.0 / 3.0, above=0.0)
+    width: float = rule(20.0, above=0.0)
+    inlet: float = rule(0.0, least=0.0)
+    fold_radius: float = rule(0.0, least=0.0)
+    panel: float = rule(0.0, least=0.0)
+    chamber: float = rule(0.0, least=0.0)
+    asymmetry: float = rule(0.0)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Largest elements on straight and on curved pieces, elements of the inlet (even).
+
+    ``uniform``: equal elements of the whole membrane instead, so many (0: none). ``halvings``: of
+    every element of the membrane, for nested meshes.
+    """
+
+    straight: float = rule(0.4, above=0.0)
+    curved: float = rule(0.2, above=0.0)
+    inlet: int = rule(2, least=2, most=64)
+    uniform: int = rule(0, least=0, most=4096)
+    halvings: int = rule(0, least=0, most=8)
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Membrane: law, stiffness, rigidity, how its ends are held at the inlet."""
+
+    law: str = rule("kirchhoff-love", choices=("kirchhoff-love", "string"))
+    stiffness: float = rule(2.0, above=0.0)
+    density: float = rule(1.0, above=0.0)
+    flexural_rigidity: float = rule(1e-4, above=0.0)
+    ends: str = rule("hinged", choices=("hinged", "clamped"))
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """Stokes or potential flow, or a uniform pressure.
+
+    ``mass_ratio``: m = varpi/Re for Stokes, varpi for potential flow. ``viscosity_ratio``: 0 leaves
+    the exterior out. ``log_radius``: where the exterior flow vanishes (Stokes' paradox), s in
+    log(s/r). ``near_points``: of the graded outer rule, 0 for plain Gauss. ``contact_force`` (0:
+    none) and ``contact_cutoff`` belong to potential flow [T 4.14].
+    """
+
+    model: str = rule("stokes", choices=("stokes", "potential", "pressure"))
+    mass_ratio: float = rule(0.005, above=0.0)
+    viscosity_ratio: float = rule(1.0, least=0.0)
+    log_radius: float = rule(100.0, above=0.0)
+    outer_points: int = rule(6, least=2, most=16)
+    near_points: int = rule(16, least=0, most=40)
+    contact_force: float = rule(0.0, least=0.0)
+    contact_cutoff: float = rule(2.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class Inflow:
+    """Influx rises over t1, is constant until t2 and ends at t1 + t2 [T 4.30c].
+
+    ``final_volume`` is a multiple of the initial one; 0 takes ``fullness`` times the area of the
+    circle with the boundary's length, 1.05 in the thesis.
+    """
+
+    final_volume: float = rule(0.0, least=0.0)
+    fullness: float = rule(1.05, above=0.0)
+    t1: float = rule(100.0, above=0.0)
+    t2: float = rule(200.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a planar run is made of."""
+
+    kind: ClassVar[str] = "planar"
+    physical: ClassVar[None] = None
+
+    name: str
+    description: str = ""
+    geometry: Geometry = Geometry()
+    mesh: Mesh = Mesh()
+    structure: Structure = Structure()
+    fluid: Fluid = Fluid()
+    inflow: Inflow = Inflow()
+    time: Time = field(default_factory=lambda: Time(dt=1.0, end=400.0))
+    coupling: Coupling = field(default_factory=Coupling)
+    output: Output = field(default_factory=Output)
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """For run.json."""
+        return {
+            "coupling.tolerance": self.coupling.tolerance,
+            "coupling.absolute_tolerance": self.coupling.absolute_tolerance,
+        }
+
+
+SECTIONS: Mapping[str, type] = {
+    "geometry": Geometry,
+    "mesh": Mesh,
+    "structure": Structure,
+    "fluid": Fluid,
+    "inflow": Inflow,
+    "time": Time,
+    "coupling": Coupling,
+    "output": Output,
+}
+
+
+def impossible(scene: Scene) -> list[str]:
+    """Combinations of single good values that cannot work together."""
+    g, f, t = scene.geometry, scene.fluid, scene.time
+    inlet = g.inlet or g.radius
+    cases: list[tuple[Any, str]] = [
+        (
+            g.kind == "pancake" and g.width <= 4.0 * g.radius + inlet,
+            f"geometry.width: {g.width:g} leaves no lower sheet; it must exceed 4 radius + inlet "
+            f"= {4.0 * g.radius + inlet:g}",
+        ),
+        (
+            g.kind == "arc" and inlet >= 2.0 * g.radius,
+            f"geometry.inlet: {inlet:g} must be below the diameter {2.0 * g.radius:g}",
+        ),
+        (
+            g.kind == "fold" and 0.0 < g.fold_radius <= g.radius,
+            f"geometry.fold_radius: {g.fold_radius:g} must exceed half the gap, {g.radius:g}",
+        ),
+        (
+            scene.mesh.inlet % 2,
+            f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
+        ),
+        (
+            f.model == "potential" and "implicit" in scene.coupling.scheme,
+            f"coupling.scheme: {scene.coupling.scheme!r} needs a load linear in the velocity, that "
+            "of potential flow is quadratic; use 'gauss-seidel' or 'aitken'",
+        ),
+        (
+            f.contact_force > 0.0 and f.model != "potential",
+            "fluid.contact_force: belongs to fluid.model = 'potential'; Stokes flow lubricates",
+        ),
+        (
+            scene.inflow.t2 < scene.inflow.t1,
+            f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
+            f"inflow.t1 = {scene.inflow.t1:g}",
+        ),
+        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
+        (
+            not math.isfinite(g.asymmetry) or abs(g.asymmetry) > 0.1 * g.radius,
+            f"geometry.asymmetry: {g.asymmetry:g} must stay below a tenth of the radius",
+        ),
+    ]
+    return [message for wrong, message in cases if wrong]

@@ -1,0 +1,51 @@
+"""Coupling schemes by name, for scenes in space and in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from coupling.schemes.automatic import Automatic
+from coupling.schemes.contraction import starting_relaxation
+from coupling.schemes.fixed_point import Partitioned
+from coupling.schemes.implicit import Implicit
+from coupling.schemes.quasi_newton import QuasiNewton
+from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel
+
+from ..sections import Coupling
+
+PASSES, SUBITERATIONS = 6, 30  # iterations allowed where the scene says "automatic"
+
+
+def scheme(
+    coupling: Coupling, rho: float, dt: float, *, linear: bool = True, cheap: float = 1.0
+) -> object:
+    """The scheme a scene names.
+
+    Parameters
+    ----------
+    coupling : Coupling
+    rho : float
+        Contraction of plain subiterations at the step ``dt``, a priori.
+    linear : bool
+        Whether the load is linear in the velocity; only then there is an implicit scheme.
+    cheap : float
+        Largest rho at which "auto" takes IQN-ILS.
+    """
+    first = starting_relaxation(coupling.schemes.relaxation, rho)
+    implicit, iqn = Implicit(coupling.dense_limit), Partitioned(QuasiNewton(first))
+    schemes: Mapping[str, Callable[[], object]] = {
+        "implicit": lambda: implicit,
+        "semi-implicit": lambda: Implicit(coupling.dense_limit, passes=1),
+        "auto": lambda: Automatic(rho / dt, iqn, implicit, cheap) if linear else iqn,
+        "iqn-ils": lambda: iqn,
+        "aitken": lambda: Partitioned(Aitken(first)),
+        "constant": lambda: Partitioned(Constant(coupling.schemes.relaxation)),
+        "gauss-seidel": lambda: Partitioned(GaussSeidel()),
+    }
+    return schemes[coupling.scheme]()
+
+
+def iterations(coupling: Coupling) -> int:
+    """Iterations allowed in a step."""
+    implicit = coupling.scheme in ("implicit", "semi-implicit")
+    return coupling.max_iterations or (PASSES if implicit else SUBITERATIONS)

@@ -1,1 +1,0 @@
-"""cases.planar: bags in the plane, chapters 4 and 5 of the thesis, as scenes of their own kind."""
