@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from . import loader
 
 if TYPE_CHECKING:
-    from .runs.start import Finished
+    from .runs.folder import Finished
 
 COMPLETED, STUCK, BAD_INPUT, STOPPED = 0, 1, 2, 130
 

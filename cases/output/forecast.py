@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from ..kinds.inflation.config import Scene
@@ -51,3 +52,24 @@ def show(scene: Scene, forecast: Forecast) -> None:
 
 def _number(value: float | int | str) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+GIGABYTE = 2.0**30
+
+
+@dataclass(frozen=True)
+class Item:
+    """One forecast figure."""
+
+    name: str
+    value: float | int | str
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What `airfold check` prints."""
+
+    items: tuple[Item, ...]
+    warnings: tuple[str, ...]

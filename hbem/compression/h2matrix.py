@@ -16,7 +16,9 @@ from scipy.sparse import csc_matrix, spmatrix
 
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, ClusterTree, block_tree, both_ways, cluster_tree
-from .operator import Compressed, PointKernel, Statistics, direct, times, verified, weighted
+from .measured_error import verified
+from .operator import Compressed, Statistics, direct, times, weighted
+from .point_kernel import PointKernel
 
 ETA = 1.5  # admissible if the larger diameter is at most this many distances
 INSIDE = 0.95  # the proxy surface stays this far within the admissible distance

@@ -18,7 +18,9 @@ from . import _near_block_kernels as block_kernels
 from .cluster_tree import BlockTree, ClusterTree, block_tree, cluster_tree
 from .cross_approximation import ClusterPoints, cluster_points, compressed_blocks
 from .far_field import FarField, far_field, leaf_ranges
-from .operator import Compressed, PointKernel, Statistics, direct, verified, weighted
+from .measured_error import verified
+from .operator import Compressed, Statistics, direct, weighted
+from .point_kernel import PointKernel
 
 SINGLE = 1e-5  # tolerances from here on: far field in single precision
 SINGLE_NEAR = 1e-4  # and from here on sums of the near field as well

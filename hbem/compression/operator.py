@@ -8,127 +8,21 @@ its tolerance is repeated at a quarter, and after that everything is summed exac
 from __future__ import annotations
 
 import logging
-import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 from scipy.sparse.linalg import LinearOperator
 
-from . import _cluster_sum_kernels as kernels
+from .point_kernel import PointKernel
 
-COINCIDENT = 1e-12  # distances below this fraction of the extent are the same point
 TEST_POINTS = 200  # exact rows behind a measured error, at least
 TEST_FUNCTIONS = 48
 TEST_PAIRS = 2e7  # between points: as many exact rows as this many pairs allow
 TEST_RANDOM = 2  # random densities; the constant ones are the three axes
-GROUP = 64  # targets of a direct sum that share a sweep
 EXACT = 1e-11  # tolerances below: nothing is compressed
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class PointKernel:
-    """Plain kernel ``G = (I/r + r r/r^3)/8 pi``, or the double layer if normals are given.
-
-    Positions are centred and scaled by their extent, so that thresholds have no units.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-    normals : (n, 3) array, optional
-
-    Raises
-    ------
-    ValueError
-        Wrong shapes or values that are not finite.
-    """
-
-    points: np.ndarray
-    normals: np.ndarray | None = None
-    tiny: float = COINCIDENT**2
-
-    def __post_init__(self) -> None:
-        for name in ("points", "normals"):
-            values = getattr(self, name)
-            if values is None:
-                continue
-            values = np.ascontiguousarray(values, dtype=float)
-            object.__setattr__(self, name, values)
-            if values.ndim != 2 or values.shape[1] != 3 or not values.size:
-                raise ValueError(f"{name} must be (n, 3), n > 0, got {values.shape}")
-            if not np.isfinite(values).all():
-                raise ValueError(f"{name} are not finite")
-        if self.normals is not None and self.normals.shape != self.points.shape:
-            raise ValueError(f"{self.normals.shape[0]} normals for {self.n} points")
-
-    @property
-    def n(self) -> int:
-        return self.points.shape[0]
-
-    @cached_property
-    def extent(self) -> float:
-        return float(np.linalg.norm(np.ptp(self.points, axis=0))) or 1.0
-
-    @cached_property
-    def scaled(self) -> np.ndarray:
-        """Positions ``(3, n)``, centred, extent one."""
-        middle = 0.5 * (self.points.max(axis=0) + self.points.min(axis=0))
-        return np.ascontiguousarray(((self.points - middle) / self.extent).T)
-
-    @cached_property
-    def scaled_normals(self) -> np.ndarray:
-        """Normals ``(3, n)``, or ``(3, 0)`` for the single layer."""
-        return np.zeros((3, 0)) if self.normals is None else np.ascontiguousarray(self.normals.T)
-
-    @property
-    def factor(self) -> float:
-        """Kernel in true units over kernel in scaled ones."""
-        return self.extent ** (-1.0 if self.normals is None else -2.0)
-
-    def ordered(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Scaled positions ``(3, n)`` and normals, ``(3, n)`` or ``(3, 0)``, in some order."""
-        normals = self.scaled_normals if self.normals is None else self.scaled_normals[:, order]
-        return np.ascontiguousarray(self.scaled[:, order]), np.ascontiguousarray(normals)
-
-    def sums_between(
-        self,
-        targets: tuple[np.ndarray, np.ndarray],
-        target_ptr: np.ndarray,
-        sources: tuple[np.ndarray, np.ndarray],
-        source_ptr: np.ndarray,
-        partner_ptr: np.ndarray,
-        partners: np.ndarray,
-        x: np.ndarray,
-        y: np.ndarray,
-    ) -> None:
-        """Add sums between clusters of `ordered` points to ``y (k, 3, n)``."""
-        kernels.cluster_sums(
-            targets[0], target_ptr, sources[0], source_ptr, sources[1], partner_ptr, partners, x,
-            self.tiny, y,
-        )  # fmt: skip
-
-    def rows(self, targets: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Exact scaled sums at some points, ``(k, 3, n_targets)``, in double precision."""
-        groups = np.append(np.arange(0, targets.size, GROUP), targets.size)
-        out = np.zeros((x.shape[0], 3, targets.size))
-        count = groups.size - 1
-        kernels.cluster_sums(
-            np.ascontiguousarray(self.scaled[:, targets]),
-            groups,
-            self.scaled,
-            np.array([0, self.n]),
-            self.scaled_normals,
-            np.arange(count + 1),
-            np.zeros(count, dtype=np.int64),
-            np.ascontiguousarray(x),
-            self.tiny,
-            out,
-        )
-        return out
 
 
 @dataclass(frozen=True)
@@ -316,46 +210,3 @@ def direct(
     """The operator by exact sums."""
     n = kernel.n if basis is None else basis.shape[1]
     return Direct(kernel, basis, Statistics("direct", n, 0.0, note=note), test)
-
-
-def test_densities(n: int, seed: int) -> np.ndarray:
-    """Random densities, then the three constant ones, ``(n, 3, TEST_RANDOM + 3)``."""
-    random = np.random.default_rng(seed).standard_normal((n, 3, TEST_RANDOM))
-    return np.concatenate([random, np.tile(np.eye(3), (n, 1, 1))], axis=2)
-
-
-def measured(operator: Compressed, requested: float, seed: int) -> Compressed:
-    """The operator with measured errors and apply time in its statistics."""
-    x = test_densities(operator.statistics.n, seed)
-    errors = operator.relative_error(x, seed)
-    began = time.perf_counter()
-    operator.apply(x[:, :, :1])
-    operator.statistics = replace(
-        operator.statistics,
-        requested=requested,
-        error_random=float(errors[:TEST_RANDOM].max()),
-        error_constant=float(errors[TEST_RANDOM:].max()),
-        apply_seconds=time.perf_counter() - began,
-    )
-    return operator
-
-
-def verified(
-    build: Callable[[float], Compressed], tolerance: float, seed: int, exact: Callable
-) -> Compressed:
-    """Build, measure, build again at a quarter, and at last sum exactly: never silent."""
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
-    for target in (tolerance, tolerance / 4.0):
-        if target < EXACT:
-            note = f"tolerance {tolerance:.1e} leaves nothing to compress"
-            break
-        operator = measured(build(target), tolerance, seed)
-        if operator.statistics.achieved <= tolerance:
-            return operator
-        note = f"error {operator.statistics.achieved:.1e} above the tolerance {tolerance:.1e}"
-        log.warning("%s (built at %.1e): %s", operator.statistics.method, target, note)
-        del operator
-    note += ": exact sums"
-    log.warning("not compressed: %s", note)
-    return measured(exact(note), tolerance, seed)

@@ -16,8 +16,10 @@ from functools import cached_property
 import numpy as np
 
 from ..compression.choice import Compression
-from ..layers.single_layer import SingleLayer, single_layer
-from ..solvers.saddle import DENSE_LIMIT, MassPreconditioner, PreconditionerStore
+from ..layers.layer import SingleLayer
+from ..layers.single_layer import single_layer
+from ..solvers.preconditioner_reuse import PreconditionerStore
+from ..solvers.saddle import DENSE_LIMIT, MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
 from ..surfaces.patches import SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders

@@ -11,42 +11,15 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import aslinearoperator, splu
 
 from ..layers.double_layer import DoubleLayer, double_layer
-from ..layers.single_layer import SingleLayer
+from ..layers.layer import SingleLayer
 from ..response import Response
 from ..solvers.saddle import DenseSaddle, IterativeSaddle, SaddleSolution, saddle
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
+from ..traction import Traction
 from .formulation import jump_data, needs_double_layer
 
 if TYPE_CHECKING:
     from .enclosed_flow import EnclosedStokes
-
-
-@dataclass(frozen=True)
-class Traction:
-    """Fluid traction jump on one geometry.
-
-    Attributes
-    ----------
-    coefficients : (n_dofs, 3) array
-        Coefficients in the density space, per unit ``1/Re``.
-    zeta : float
-        Multiplier of ``<tau, n> = 0``.
-    flux : float
-        Discrete flux of the membrane velocity, which the influx follows.
-    velocity_max : float
-        Largest velocity on the boundary, patch included.
-    iterations : int
-        Krylov iterations, 0 for a direct solve.
-    residual : float
-        True relative residual of the linear system.
-    """
-
-    coefficients: np.ndarray
-    zeta: float
-    flux: float = 0.0
-    velocity_max: float = 0.0
-    iterations: int = 0
-    residual: float = 0.0
 
 
 @dataclass(frozen=True)

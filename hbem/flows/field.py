@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..near.closest_point import NearPairs, near_pairs
-from ..surfaces.patches import tensor_bernstein
+from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import SampledSurface
 from . import _field_kernels as kernels

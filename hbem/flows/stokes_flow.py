@@ -19,7 +19,8 @@ from scipy.sparse.linalg import splu
 
 from ..accuracy import Budget, budget
 from ..layers.double_layer import DoubleLayer, double_layer
-from ..layers.single_layer import SingleLayer, single_layer
+from ..layers.layer import SingleLayer
+from ..layers.single_layer import single_layer
 from ..solvers.gmres import KrylovResult
 from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle, MassPreconditioner, saddle
 from ..solvers.schwarz import two_level_schwarz

@@ -19,7 +19,8 @@ from ..compression.hmatrix import hmatrix
 from ..compression.operator import Compressed
 from ..near.near_field import NearField
 from ..surfaces.surface_points import SampledSurface
-from .single_layer import SingleLayer, dense_matrix
+from .dense_layer import dense_matrix
+from .layer import SingleLayer
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
 

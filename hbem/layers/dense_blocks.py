@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 
 from .._threads_kernels import workers
 from ..near.near_rules import coincidence
-from ..surfaces.patches import tensor_bernstein
+from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.surface_points import PointSet, SampledSurface
 from . import _dense_block_kernels as kernels
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
-from ..surfaces.patches import tensor_bernstein
+from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import PointSet, SampledSurface
 from . import _near_field_kernels as kernels

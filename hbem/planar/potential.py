@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse import csr_matrix
 
-from ..flows.enclosed_operator import Traction
+from ..traction import Traction
 from . import _planar_kernels as kernels
 from .contact import ContactForce
 from .polygon import Boundary, Configuration, OuterRule, edges, tested

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.linalg import LinearOperator
 
-from ..flows.enclosed_operator import Traction
+from ..traction import Traction
 from . import _planar_kernels as kernels
 from .polygon import Boundary, Configuration, OuterRule, edges, tested
 

@@ -183,7 +183,7 @@ def two_level_schwarz(
     ----------
     system : SaddleSystem
         Its operator has a ``surface`` and gives ``blocks`` between some density functions and
-        the ``image`` of coarse densities; see `hbem.layers.single_layer.SingleLayer`.
+        the ``image`` of coarse densities; see `hbem.layers.layer.SingleLayer`.
     options : SchwarzOptions, optional
     """
     options = SchwarzOptions() if options is None else options

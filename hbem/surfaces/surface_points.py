@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
-from .patches import SurfacePatches, centred_powers, tensor_bernstein, tensor_bernstein_gradient
+from .bernstein import centred_powers, tensor_bernstein, tensor_bernstein_gradient
+from .patches import SurfacePatches
 from .quadrature import QuadratureOrders, gauss_square
 from .subdivision import Pieces, balls, divide, grid_points
 from .triangles import quadrilaterals, turning

@@ -14,7 +14,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from .patches import SurfacePatches, bernstein
+from .bernstein import bernstein
+from .patches import SurfacePatches
 from .surface_points import COLLAPSED, control_points, point_set
 
 MATCH = 1e-6  # edges closer than this fraction of their length are one

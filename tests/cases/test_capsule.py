@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.benchmarks.inflation.pancake import History
+from cases.benchmarks.recorded import History
 from cases.kinds.capsule import build
 
 COARSE = ["mesh.rows=6", "mesh.around=8"]

@@ -16,8 +16,8 @@ import cases
 from cases import benchmarks, cli
 from cases.benchmarks import report
 from cases.kinds.inflation.comparison import _matched
-from cases.kinds.inflation.picture import NoPicture
 from cases.output.atomic import SUFFIX
+from cases.output.figures import NoPicture
 from cases.output.history import read_history
 from cases.output.vtk import read_frames
 

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.geometry import initial_bag
 from cases.geometry.folded import enclosed, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
@@ -21,6 +20,7 @@ from cases.kinds.inflation import build
 from cases.kinds.inflation.config import Geometry
 from cases.kinds.inflation.contact import collision
 from cases.kinds.inflation.forecast import volume
+from cases.kinds.inflation.initial_bag import initial_bag
 from coupling.protocols import Result, State
 from shells.surfaces.pillow import Pillow
 

@@ -4,8 +4,8 @@ import pytest
 
 from cases import loader
 from cases.benchmarks.shells.roof import roof
-from cases.geometry import initial_bag
 from cases.kinds.inflation import forecast as preflight
+from cases.kinds.inflation.initial_bag import initial_bag
 from cases.kinds.inflation.locking import locking_parameter, loss
 
 

@@ -6,9 +6,9 @@ import pytest
 from cases import loader
 from cases.benchmarks.coupling.suite import kept_row
 from cases.benchmarks.inflation.pancake import FAST, asymmetry, profile, simulate, static_pressure
-from cases.geometry import initial_bag
 from cases.kinds.inflation import build
 from cases.kinds.inflation.forecast import forecast, volume
+from cases.kinds.inflation.initial_bag import initial_bag
 from cases.kinds.inflow import ramp_integral
 from coupling.protocols import Result, State
 from coupling.schemes.contraction import contraction_measured

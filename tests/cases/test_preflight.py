@@ -3,8 +3,8 @@
 import pytest
 
 from cases import loader
-from cases.geometry import initial_bag
-from cases.kinds.inflation.forecast import compression, fluid_budget, quadrature
+from cases.kinds.inflation.initial_bag import initial_bag
+from cases.kinds.inflation.plan import compression, fluid_budget, quadrature
 
 
 def prepared(*keys):

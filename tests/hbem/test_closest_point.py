@@ -3,7 +3,7 @@
 import numpy as np
 
 from hbem.near import _closest_point_kernels as kernels
-from hbem.surfaces.patches import tensor_bernstein
+from hbem.surfaces.bernstein import tensor_bernstein
 from hbem.surfaces.subdivision import bounds
 
 BOX = np.array([0.0, 1.0, 0.0, 1.0])

@@ -8,7 +8,7 @@ import pytest
 from hbem.compression import operator as compressed
 from hbem.compression.h2matrix import h2matrix
 from hbem.compression.hmatrix import hmatrix
-from hbem.compression.operator import test_densities as densities
+from hbem.compression.measured_error import test_densities as densities
 
 from . import clouds
 

@@ -11,7 +11,7 @@ from hbem.layers.single_layer import single_layer
 from hbem.near.closest_point import near_pairs
 from hbem.near.near_rules import Layer, near_moments
 from hbem.solvers.saddle import DenseSaddle
-from hbem.surfaces.patches import tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.bernstein import tensor_bernstein, tensor_bernstein_gradient
 from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
 from hbem.surfaces.surface_points import sample
 

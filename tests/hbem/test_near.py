@@ -6,7 +6,7 @@ import pytest
 from cases.geometry.bodies import fitted, torus
 from hbem.near.closest_point import near_pairs, outer_pairs
 from hbem.near.near_rules import near_moments
-from hbem.surfaces.patches import tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.bernstein import tensor_bernstein, tensor_bernstein_gradient
 from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
 from hbem.surfaces.surface_points import sample
 

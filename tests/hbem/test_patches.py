@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
-from hbem.surfaces.patches import BezierPatches, bernstein, bernstein_derivative, centred_powers
+from hbem.surfaces.bernstein import bernstein, bernstein_derivative, centred_powers
+from hbem.surfaces.patches import BezierPatches
 from hbem.surfaces.quadrature import QuadratureOrders, gauss_tables
 from hbem.surfaces.surface_points import sample
 

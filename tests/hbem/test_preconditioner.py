@@ -13,15 +13,11 @@ import pytest
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
-from hbem.layers.single_layer import DirectSingleLayer, single_layer
+from hbem.layers.direct_layer import DirectSingleLayer
+from hbem.layers.single_layer import single_layer
 from hbem.solvers.gmres import KrylovResult, gmres
-from hbem.solvers.saddle import (
-    DenseSaddle,
-    IterativeSaddle,
-    MassPreconditioner,
-    PreconditionerStore,
-    SaddleSystem,
-)
+from hbem.solvers.preconditioner_reuse import PreconditionerStore
+from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
 from hbem.solvers.schwarz import (
     Functions,
     SchwarzOptions,

@@ -52,7 +52,7 @@ def test_closed_bodies_are_one_component(body):
 
 def test_bag_of_membrane_and_patch_is_one_component():
     from cases import loader
-    from cases.geometry import initial_bag
+    from cases.kinds.inflation.initial_bag import initial_bag
 
     bag = initial_bag(loader.read("pancake"))
     both = union(bag.membrane, bag.patch)

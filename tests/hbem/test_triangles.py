@@ -9,7 +9,8 @@ from scipy.sparse import csr_matrix, identity
 
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import DenseSaddle
-from hbem.surfaces.patches import BezierPatches, tensor_bernstein
+from hbem.surfaces.bernstein import tensor_bernstein
+from hbem.surfaces.patches import BezierPatches
 from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.topology import closed_components
 from hbem.surfaces.triangles import collapse_table, quadrilaterals, triangle_index

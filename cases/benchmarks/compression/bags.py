@@ -19,7 +19,9 @@ from hbem._threads_kernels import limited
 from hbem.accuracy import budget
 from hbem.compression.choice import Compression
 from hbem.layers.compressed_layer import compressed_single_layer
-from hbem.layers.single_layer import DirectSingleLayer, SingleLayer, single_layer
+from hbem.layers.direct_layer import DirectSingleLayer
+from hbem.layers.layer import SingleLayer
+from hbem.layers.single_layer import single_layer
 from hbem.near.near_field import near_field
 from hbem.solvers.saddle import IterativeSaddle, SaddleSolution, SaddleSystem
 from hbem.solvers.schwarz import two_level_schwarz

@@ -18,7 +18,8 @@ import numpy as np
 from hbem._threads_kernels import limited
 from hbem.compression.h2matrix import h2matrix
 from hbem.compression.hmatrix import forecast_points, hmatrix
-from hbem.compression.operator import Compressed, PointKernel, direct
+from hbem.compression.operator import Compressed, direct
+from hbem.compression.point_kernel import PointKernel
 
 from . import bags as compressed_bags
 

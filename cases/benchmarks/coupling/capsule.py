@@ -7,7 +7,7 @@ from typing import Any
 
 from ... import loader
 from ...kinds.capsule import build
-from ..inflation.pancake import History
+from ..recorded import History
 
 RATIOS = (0.3, 1.0, 3.0)
 

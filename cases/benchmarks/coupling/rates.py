@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ... import loader
 from ...kinds.planar import build
-from ..inflation.pancake import History
+from ..recorded import History
 
 SMOOTH = (
     "geometry.asymmetry=0.0", "mesh.inlet=4", "inflow.final_volume=1.2", "inflow.t1=60",

@@ -23,7 +23,8 @@ from ... import loader
 from ...kinds.inflation import build as space
 from ...kinds.planar import build as plane
 from ...sections import SCHEMES
-from ..inflation.pancake import FAST, History
+from ..inflation.pancake import FAST
+from ..recorded import History
 from . import capsule as coupling_capsule
 from . import rates as coupling_rates
 from . import stress as coupling_stress

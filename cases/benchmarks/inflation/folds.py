@@ -20,7 +20,9 @@ import numpy as np
 from scipy.sparse.linalg import aslinearoperator
 
 from hbem.compression.choice import Compression
-from hbem.layers.single_layer import SingleLayer, dense_matrix, single_layer
+from hbem.layers.dense_layer import dense_matrix
+from hbem.layers.layer import SingleLayer
+from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle, SaddleSolution
 
 from ...geometry.pillow import accordion

@@ -9,40 +9,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from coupling.protocols import AcceptedStep, Outcome, State
+from coupling.protocols import Outcome, State
 
 from ... import loader
-from ...geometry import initial_bag
 from ...geometry.bag import Bag
 from ...kinds.inflation import build
 from ...kinds.inflation.config import Scene
-from ...output.recorder import Silent
+from ...kinds.inflation.initial_bag import initial_bag
+from ..recorded import History
 
 FAST = ("mesh.degree=2", "mesh.around=8", "time.dt=32", "fluid.outer_points=2")
 VOLUMES = (1.1, 1.2, 1.35, 1.5, 2.0, 2.5)
-
-
-@dataclass
-class History(Silent):
-    """Keeps rows and states of a run in memory."""
-
-    rows: list[dict[str, float]] = field(default_factory=list)
-    states: list[State] = field(default_factory=list)
-
-    def on_start(self, step: AcceptedStep) -> None:
-        self.on_accepted(step)
-
-    def on_accepted(self, step: AcceptedStep) -> None:
-        self.rows.append(dict(step.row))
-        self.states.append(step.state)
-
-    def column(self, name: str) -> np.ndarray:
-        return np.array([row[name] for row in self.rows])
 
 
 @dataclass(frozen=True)

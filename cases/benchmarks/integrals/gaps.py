@@ -16,7 +16,8 @@ from scipy.sparse.linalg import spsolve
 
 from hbem.accuracy import RULES
 from hbem.flows.stokes_flow import StokesFlow
-from hbem.layers.single_layer import SingleLayer, single_layer
+from hbem.layers.layer import SingleLayer
+from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
 from hbem.solvers.schwarz import two_level_schwarz
 from hbem.surfaces.patches import BezierPatches, union

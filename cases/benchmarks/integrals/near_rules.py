@@ -16,7 +16,8 @@ from hbem.layers.single_layer import single_layer
 from hbem.near.closest_point import near_pairs, outer_pairs
 from hbem.near.near_field import near_field
 from hbem.near.near_rules import Layer, near_moments
-from hbem.surfaces.patches import BezierPatches, tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.bernstein import tensor_bernstein, tensor_bernstein_gradient
+from hbem.surfaces.patches import BezierPatches
 from hbem.surfaces.quadrature import QuadratureOrders, gauss_square
 from hbem.surfaces.surface_points import SampledSurface, sample
 from hbem.surfaces.triangles import quadrilaterals, triangle_index

@@ -14,7 +14,7 @@ from shells.equilibrium.structure import ShellStructure
 from ... import loader
 from ...kinds.planar import build
 from ...kinds.planar.config import Scene
-from ..inflation.pancake import History
+from ..recorded import History
 from .layers import Row
 
 POINTS = 400  # of a history in a report

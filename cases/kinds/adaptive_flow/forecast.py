@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..inflation.forecast import GIGABYTE, Forecast, Item
+from ...output.forecast import GIGABYTE, Forecast, Item
 from .config import Scene
 
 # Measured on 1.5e4 to 2.3e5 unknowns: nonzeros of the factors over n log2 n.

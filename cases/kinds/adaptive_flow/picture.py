@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import CELLS, read_frames
-from ..inflation.picture import NoPicture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...loader import write
 from ...output.atomic import replacing
 from ...output.history import History
 from ...output.run_record import RunRecord
 from ...output.vtk import FOLDER, read_frames, write_frames, write_grid
+from ...scene_text import write
 from .config import Scene
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
+from ...geometry.bag_sampler import Sampler
 from ...geometry.revolution import sphere
-from ..inflation.build import Sampler
 from ..schemes import iterations
 from ..schemes import scheme as named_scheme
 from .config import Scene

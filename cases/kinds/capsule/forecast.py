@@ -6,7 +6,8 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 
-from ..inflation.forecast import LIMITS, Forecast, Item
+from ...output.forecast import Forecast, Item
+from ..schemes import LIMITS
 from .config import Scene
 
 

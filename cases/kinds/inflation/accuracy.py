@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from hbem.accuracy import Budget, review
 
-from ...geometry import initial_bag
 from .config import Scene
-from .forecast import fluid_budget
+from .initial_bag import initial_bag
+from .plan import fluid_budget
 
 if TYPE_CHECKING:
     from coupling.protocols import AcceptedStep

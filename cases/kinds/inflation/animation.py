@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
-from .picture import NoPicture, _area_quantile, _draw_shot, _extent, _read, _title
+from .picture import _area_quantile, _draw_shot, _extent, _read, _title
 
 FRAME_TIME = 0.15  # seconds a frame
 LARGEST = 120  # frames; of more every second, third ... is taken

@@ -7,17 +7,13 @@ listing and checking scenes stays light.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from coupling.contact.smallest_gap import minimum_gap
 from coupling.protocols import Recorder, State
 from coupling.schemes.contraction import contraction_measured
 from coupling.schemes.implicit import StructureOnly
 from coupling.stepping.integrator import BDF2, BackwardEuler
-from coupling.stepping.operator_reuse import KeptOperators, reach
 from coupling.stepping.step_control import StepControl
 from coupling.stepping.time_loop import Simulation, Tolerances
 from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
@@ -26,18 +22,19 @@ from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
-from ...geometry import initial_bag
 from ...geometry.bag import Bag
+from ...geometry.bag_sampler import Sampler
 from ...geometry.folded import FoldedBag
 from ..inflow import prescribed_volume
 from ..schemes import iterations
 from ..schemes import scheme as named_scheme
 from .config import Scene
-from .contact import certified
-from .forecast import compression, contraction, fluid_budget, quadrature
+from .contact import _collision, _tested
+from .fluid import fluid, kept
+from .initial_bag import initial_bag
+from .plan import compression, contraction, fluid_budget
 
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
-GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
 def structure(scene: Scene, body: Bag) -> ShellStructure:
@@ -76,40 +73,6 @@ def relaxed(shell: ShellStructure, start: State) -> State:
     return State(0.0, state.coefficients, at_rest, state.pressure)
 
 
-def kept(scene: Scene, body: Bag) -> object | None:
-    """The fluid of a run, which keeps operators as the scene allows."""
-    model, share = fluid(scene, body), scene.coupling.frozen
-    if model is None or share == 0.0:
-        return model
-    return KeptOperators(model, reach(scene.fluid.tolerance, body.gap, share))
-
-
-def fluid(scene: Scene, body: Bag) -> object | None:
-    """The Stokes model on membrane and patch; None for uniform pressure."""
-    if scene.fluid.model == "pressure":
-        return None
-    from hbem.flows.enclosed_flow import EnclosedStokes
-    from hbem.solvers.saddle import DENSE_LIMIT
-    from hbem.surfaces.patches import union
-
-    f, asked = scene.fluid, fluid_budget(scene, body)
-    patches = union(body.membrane, body.patch)
-    inflow = np.arange(patches.n_elements) >= body.membrane.n_elements
-    return EnclosedStokes(
-        patches,
-        inflow,
-        body.profile,
-        mass_ratio=f.mass_ratio,
-        viscosity_ratio=f.viscosity_ratio,
-        orders=quadrature(scene, asked),
-        dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
-        tolerance=f.krylov_tolerance or asked.krylov,
-        max_iterations=f.krylov_iterations,
-        preconditioner=asked.preconditioner,
-        compression=compression(scene, body, asked),
-    )
-
-
 def scheme(scene: Scene) -> object:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
@@ -129,83 +92,6 @@ def measured_contraction(scene: Scene, state: State | None = None) -> float:
     state = State(0.0, c, np.zeros_like(c)) if state is None else state
     inverse = structure(scene, body).linearised(state, scene.time.dt)
     return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
-
-
-@dataclass(frozen=True)
-class Sampler:
-    """Points, normals and grids of a configuration for diagnostics and pictures."""
-
-    body: Bag
-
-    @cached_property
-    def _gap_maps(self) -> list:
-        xi, eta = (g.ravel() for g in np.meshgrid(GAP_SAMPLES, GAP_SAMPLES, indexing="ij"))
-        return [
-            (part.sample(xi, eta), part.sample(xi, eta, 0), part.sample(xi, eta, 1))
-            for part in self.body.parts
-        ]
-
-    def split(self, field: np.ndarray) -> list[np.ndarray]:
-        """Rows of each part of an array ``(n_full, 3)``."""
-        return np.split(field, np.cumsum([p.n_coefficients for p in self.body.parts])[:-1])
-
-    def gap(self, coefficients: np.ndarray) -> float:
-        """Smallest gap between facing parts of the bag."""
-        points, normals = [], []
-        for (x, s, t), c in zip(self._gap_maps, self.split(coefficients), strict=True):
-            points.append(x @ c)
-            normal = np.cross(s @ c, t @ c)
-            normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
-        return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
-
-    def surface_grid(
-        self,
-        coefficients: np.ndarray,
-        traction: np.ndarray | None = None,
-        velocity: np.ndarray | None = None,
-        tessellate: int = 3,
-    ) -> dict[str, object]:
-        """Quadrilaterals with point data, for files and pictures.
-
-        Parameters
-        ----------
-        coefficients, velocity : (n_full, 3) array
-        traction : (n_density, 3) array, optional
-            Density coefficients (membrane, then patch).
-        tessellate : int
-            Cells per element and direction.
-
-        Returns
-        -------
-        dict
-            ``points (n, 3)``, ``quads (m, 4)``, ``point_data``, ``cell_data``.
-        """
-        n = tessellate + 1
-        x = np.linspace(0.0, 1.0, n)
-        xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-        i, j = (g.ravel() for g in np.meshgrid(range(tessellate), range(tessellate), indexing="ij"))
-        cell = np.stack([i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1], axis=1)
-        points, quads, part_of, data = [], [], [], {"traction": [], "velocity": []}
-        start = 0
-        velocity = np.zeros_like(coefficients) if velocity is None else velocity
-        ends = np.cumsum([part.n_dofs for part in self.body.parts])[:-1]
-        tractions = None if traction is None else np.split(traction, ends)
-        for k, part in enumerate(self.body.parts):
-            sample = part.sample(xi, eta)
-            points.append(sample @ self.split(coefficients)[k])
-            offsets = start + np.arange(part.n_elements) * n * n
-            quads.append((offsets[:, None, None] + cell).reshape(-1, 4))
-            part_of.append(np.full(part.n_elements * tessellate**2, k))
-            data["velocity"].append(sample @ self.split(velocity)[k])
-            if tractions is not None:
-                data["traction"].append(sample @ (part.density_reduction @ tractions[k]))
-            start += points[-1].shape[0]
-        return {
-            "points": np.concatenate(points),
-            "quads": np.concatenate(quads),
-            "point_data": {name: np.concatenate(v) for name, v in data.items() if v},
-            "cell_data": {"part": np.concatenate(part_of)},
-        }
 
 
 def skipped(scene: Scene) -> list[str]:
@@ -274,16 +160,3 @@ def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
         integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
         collision=_collision(scene, body),
     )
-
-
-def _tested(scene: Scene) -> bool:
-    """Whether configurations are tested for self-intersection."""
-    g = scene.geometry
-    folded = g.kind == "pillow" and (g.fold != "flat" or g.crumple > 0.0)
-    return scene.contact.test == "on" or (scene.contact.test == "auto" and folded)
-
-
-def _collision(scene: Scene, body: Bag) -> object | None:
-    if not _tested(scene):
-        return None
-    return certified(body, scene.contact.tessellate, scene.contact.engine)

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...output.clip import section
+from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
-from .picture import NoPicture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,11 @@ from coupling.contact.sampled_mesh import SampledMesh, available, grid_cells
 from coupling.contact.self_intersection import Collision
 
 from ...geometry.bag import Bag
-from ...loader import SceneError
+from ...sections import SceneError
+from .config import Scene
+
+pass  # import gone
+
 
 FINEST = 12  # cells per element side
 
@@ -64,3 +68,16 @@ def collision(body: Bag, tessellate: int = 3, engine: str = "auto") -> Collision
     on_patch = mesh.cells >= tessellate**2 * elements[0]
     chosen = "ipctk" if engine != "bound" and available() else "bound"
     return Collision(mesh.sample, mesh.triangles, on_patch, chosen)
+
+
+def _tested(scene: Scene) -> bool:
+    """Whether configurations are tested for self-intersection."""
+    g = scene.geometry
+    folded = g.kind == "pillow" and (g.fold != "flat" or g.crumple > 0.0)
+    return scene.contact.test == "on" or (scene.contact.test == "auto" and folded)
+
+
+def _collision(scene: Scene, body: Bag) -> object | None:
+    if not _tested(scene):
+        return None
+    return certified(body, scene.contact.tessellate, scene.contact.engine)

@@ -5,104 +5,29 @@ Needs the geometry only: neither scikit-fem nor numba is loaded.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
-from coupling.schemes.contraction import contraction_forecast
-from hbem.accuracy import Budget, budget
-from hbem.compression.choice import STORED_LIMIT, Compression, choose
+from hbem.accuracy import Budget
+from hbem.compression.choice import STORED_LIMIT, Compression
 from hbem.surfaces.quadrature import QuadratureOrders
 
-from ...geometry import initial_bag
 from ...geometry.bag import Bag
 from ...geometry.folded import FoldedBag
 from ...geometry.inspection import inspect, strain_energy
-from ...machine import memory_bytes
+from ...output.forecast import GIGABYTE, Forecast, Item
+from ..schemes import LIMITS
 from . import locking
 from .config import Scene
+from .initial_bag import initial_bag
+from .plan import compression, contraction, fluid_budget, quadrature
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
-GIGABYTE = 2.0**30
-MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
-# Measured: partitioned schemes converge up to these contractions.
-LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
 REFERENCES = {
     "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
     "flat": "the flat bag: stretched by the folds, starts with a relaxation",
     "creased": "the folded state: at rest when folded, only pressure opens it",
 }
-
-
-@dataclass(frozen=True)
-class Item:
-    """One forecast figure."""
-
-    name: str
-    value: float | int | str
-    unit: str = ""
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """What `airfold check` prints."""
-
-    items: tuple[Item, ...]
-    warnings: tuple[str, ...]
-
-
-def contraction(scene: Scene, body: Bag | None = None) -> float:
-    """Contraction rho of plain subiterations at the scene's time step, before any work."""
-    body = initial_bag(scene) if body is None else body
-    return contraction_forecast(
-        scene.fluid.mass_ratio,
-        scene.time.dt,
-        element_size=_element_size(body),
-        gap=body.gap,
-        extent=body.extent,
-    )
-
-
-def fluid_budget(scene: Scene, body: Bag | None = None) -> Budget:
-    """Tolerances of the boundary integrals from the scene's traction error and narrowest gap."""
-    body = initial_bag(scene) if body is None else body
-    return budget(scene.fluid.tolerance, body.gap, body.extent)
-
-
-def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
-    """Orders of the budget, or those that the scene insists on."""
-    f = scene.fluid
-    radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
-    far = max(3, f.outer_points, asked.orders.far)
-    return replace(
-        asked.orders,
-        # cross approximation needs one set of points
-        outer=far if f.compression == "aca" else f.outer_points,
-        far=far,
-        radial=radial,
-        angular=angular,
-        near_ball=f.near_ball,
-    )
-
-
-def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
-    """How the single layer is compressed; None where it is stored or summed directly."""
-    orders = quadrature(scene, asked)
-    elements = body.membrane.n_elements + body.patch.n_elements
-    method = scene.fluid.compression
-    if method == "auto" and scene.fluid.solver == "lu":
-        method = "dense"
-    return choose(
-        method,
-        asked.compression,
-        n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
-        n_outer=elements * orders.outer**2,
-        n_source=elements * orders.source**2,
-        memory=MEMORY_SHARE * memory_bytes() or None,
-        seed=scene.output.seed,
-    )
 
 
 def forecast(scene: Scene) -> Forecast:
@@ -122,15 +47,6 @@ def forecast(scene: Scene) -> Forecast:
         items += more
         warnings += cautions
     return Forecast(tuple(items), tuple(warnings))
-
-
-def _element_size(body: Bag) -> float:
-    """Square root of the smallest membrane element's area, poles left out."""
-    middle = np.array([0.5])
-    s, t = (body.membrane.sample(middle, middle, k) for k in (0, 1))
-    c = body.coefficients[: body.n_membrane]
-    area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
-    return float(np.sqrt(area.min()))
 
 
 def _patch_area(body: Bag) -> float:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...output.clip import clipped, section
+from ...output.figures import LIGHT, NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
 
@@ -22,13 +23,8 @@ if TYPE_CHECKING:
 
 SNAPSHOTS = 6
 QUANTILE = 0.98
-LIGHT = np.array([-0.3, -0.7, 0.65])
 COLOURS = "viridis"
 ELEVATION = 18.0  # degrees the eye stands above the horizon
-
-
-class NoPicture(ValueError):
-    """A run folder without anything to draw."""
 
 
 @dataclass(frozen=True)

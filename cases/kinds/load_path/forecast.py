@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ...output.forecast import GIGABYTE, Forecast, Item
 from ..inflation import locking
-from ..inflation.forecast import GIGABYTE, Forecast, Item
 from .config import Scene, extent
 from .published import reference
 

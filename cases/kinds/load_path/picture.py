@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...loader import read
+from ...output.figures import LIGHT, NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
-from ..inflation.picture import LIGHT, NoPicture
 from .published import Reference, reference
 
 if TYPE_CHECKING:

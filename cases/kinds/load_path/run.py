@@ -14,11 +14,11 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ...loader import write
 from ...output.atomic import replacing
 from ...output.history import History, read_history
 from ...output.run_record import RunRecord
 from ...output.vtk import FOLDER, read_frames, write_frames
+from ...scene_text import write
 from .config import Output, Scene
 from .published import Reference, reference
 

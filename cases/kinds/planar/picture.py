@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
-from ..inflation.picture import NoPicture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
