@@ -21,37 +21,6 @@ A cantilever under a line load, in steps:
 True
 """
 
-from importlib import import_module
-from typing import Any
+import lazy_loader
 
-_HOME = {
-    "SplineSpace": "surfaces.splines",
-    "SplineSurface": "surfaces.spline_surface",
-    "SurfaceBasis": "surfaces.surface_basis",
-    "Material": "energy.material",
-    "KirchhoffLove": "energy.kirchhoff_love",
-    "EnclosedVolume": "energy.volume",
-    "extraction": "conditions.supports",
-    "ShellStructure": "equilibrium.structure",
-    "hinge": "conditions.supports",
-    "clamp": "conditions.supports",
-    "pin": "conditions.supports",
-    "symmetry": "conditions.supports",
-    "supported": "conditions.supports",
-    "point_load": "conditions.loads",
-    "line_load": "conditions.loads",
-    "end_moment": "conditions.loads",
-    "follower_pressure": "conditions.loads",
-    "NeoHookean": "energy.hyperelastic",
-    "PointwiseShell": "energy.hyperelastic",
-    "OpenVolume": "energy.volume",
-    "static_path": "equilibrium.load_paths",
-    "load_path": "equilibrium.load_paths",
-}
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'shells' has no attribute {name!r}")
-    return getattr(import_module(f"shells.{_HOME[name]}"), name)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,11 @@
+from .adaptive_loop import Strategy as Strategy
+from .adaptive_loop import adapt as adapt
+from .adaptive_loop import full_model as full_model
+from .error_estimate import estimate as estimate
+from .goals import kinetic_energy as kinetic_energy
+from .goals import point_value as point_value
+from .goals import region as region
+from .goals import traction as traction
+from .goals import vorticity as vorticity
+from .marking import marked as marked
+from .mesh_adaptivity import refinements as refinements

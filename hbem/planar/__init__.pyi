@@ -1,0 +1,13 @@
+from .contact import ContactForce as ContactForce
+from .polygon import Boundary as Boundary
+from .polygon import OuterRule as OuterRule
+from .polygon import crossing as crossing
+from .polygon import meeting as meeting
+from .polygon import smallest_gap as smallest_gap
+from .polygon_stokes import PolygonStokes as PolygonStokes
+from .potential import PlanarPotential as PlanarPotential
+from .potential import PotentialSystem as PotentialSystem
+from .potential import laplace_layers as laplace_layers
+from .stokes import PlanarStokes as PlanarStokes
+from .stokes import StokesSystem as StokesSystem
+from .stokes import stokes_layers as stokes_layers
