@@ -13,6 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import loader
+from .kinds import KINDS
+from .output.forecast import show
+from .sections import SceneError
 
 if TYPE_CHECKING:
     from .runs.folder import Finished
@@ -25,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         return options.command(options)
-    except loader.SceneError as error:
+    except SceneError as error:
         return _bad_input(error.errors)
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -96,19 +99,7 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     scene = loader.read(options.scene, options.overrides)
-    from .output.forecast import show
-
-    if scene.kind == "model-adaptivity":
-        from .kinds.adaptive_flow.forecast import forecast
-    elif scene.kind == "planar":
-        from .kinds.planar.forecast import forecast
-    elif scene.kind == "capsule":
-        from .kinds.capsule.forecast import forecast
-    elif scene.kind == "shell":
-        from .kinds.load_path.forecast import forecast
-    else:
-        from .kinds.inflation.forecast import forecast
-    show(scene, forecast(scene))
+    show(scene, KINDS[scene.kind].forecast(scene))
     return COMPLETED
 
 
@@ -116,38 +107,41 @@ def _run(options: argparse.Namespace) -> int:
     scene = loader.read(options.scene, options.overrides)
     from rich.console import Console
 
-    from .runs import start as runs
+    from .runs.folder import FolderError, new_folder
+    from .runs.start import start
 
     try:
-        folder = runs.new_folder(scene, options.out)
-    except runs.FolderError as error:
+        folder = new_folder(scene, options.out)
+    except FolderError as error:
         return _bad_input([str(error)])
     print(f"{scene.name}: {scene.description}\nrun folder: {folder}", flush=True)
-    return _ended(runs.start(scene, folder, Console()), folder)
+    return _ended(start(scene, folder, Console()), folder)
 
 
 def _resume(options: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from .runs import start as runs
+    from .runs.folder import FolderError
+    from .runs.start import resume
 
     try:
-        finished = runs.resume(options.folder, Console())
-    except runs.FolderError as error:
+        finished = resume(options.folder, Console())
+    except FolderError as error:
         return _bad_input([str(error)])
     return _ended(finished, options.folder)
 
 
 def _report(options: argparse.Namespace) -> int:
-    from .runs import start as runs
+    from .runs.folder import FolderError
+    from .runs.pictures import animate, compare, draw
 
     try:
-        print(f"picture: {runs.draw(options.folder)}")
+        print(f"picture: {draw(options.folder)}")
         if options.animation:
-            print(f"animation: {runs.animate(options.folder)}")
+            print(f"animation: {animate(options.folder)}")
         if options.beside:
-            print(f"beside: {runs.compare(options.folder, options.beside)}")
-    except runs.FolderError as error:
+            print(f"beside: {compare(options.folder, options.beside)}")
+    except FolderError as error:
         return _bad_input([str(error)])
     return COMPLETED
 

@@ -1,7 +1,7 @@
-"""Scenes from TOML and back: strict, all problems at once, with the nearest valid name.
+"""Scenes from TOML: strict, all problems at once, with the nearest valid name.
 
-``read`` takes a shipped scene's name or a path, applies ``--set`` overrides and validates;
-``write`` gives the resolved scene as TOML that reads back to an equal scene.
+``read`` takes a shipped scene's name or a path, applies ``--set`` overrides and validates; the
+scene's key ``kind`` tells which tables it may have.
 """
 
 from __future__ import annotations
@@ -13,24 +13,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from types import ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from .kinds.adaptive_flow import config as flow_config
-from .kinds.capsule import config as capsule_config
-from .kinds.inflation import config
-from .kinds.inflation.config import Scene
-from .kinds.load_path import config as shell_config
-from .kinds.planar import config as planar_config
-from .scene_text import _fields, _literal
-from .sections import DETERMINED, Physical, SceneError, out_of_range
+from .kinds import KINDS
+from .kinds.kind import Kind
+from .scene_text import field_names, literal
+from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError, out_of_range
 
-# A kind of simulation is a module with a Scene, its SECTIONS and what is impossible.
-KINDS: Mapping[str, ModuleType] = {
-    m.Scene.kind: m for m in (config, capsule_config, flow_config, planar_config, shell_config)
-}
 _TOP = {"name": str, "description": str}
-_KINDS = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
+_TYPES = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
 _MISSING = object()
 
 
@@ -39,7 +30,7 @@ def shipped() -> dict[str, str]:
     return {name: _parse(name, _text(name))["description"] for name in _names()}
 
 
-def read(scene: str | Path, overrides: Sequence[str] = ()) -> Scene | flow_config.Scene:
+def read(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     """Load and validate a scene; its key ``kind`` tells which simulation it is.
 
     Parameters
@@ -109,6 +100,7 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         value = text
+    _drop_other_words(table, path, value)
     *parents, key = path.split(".")
     for parent in parents:
         table = table.setdefault(parent, {})
@@ -118,21 +110,41 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
     return []
 
 
-def _scene(table: Mapping[str, Any], errors: list[str]) -> Scene | flow_config.Scene:
+def _drop_other_words(table: dict[str, Any], path: str, value: Any) -> None:
+    """Another shape on the command line takes the place of the file's with all of its keys."""
+    name = table.get("kind", next(iter(KINDS)))
+    sections = KINDS[name].sections if isinstance(name, str) and name in KINDS else {}
+    for name, choice in sections.items():
+        part = table.get(name)
+        if not isinstance(choice, Choice) or choice.key != path or not isinstance(part, dict):
+            continue
+        if isinstance(value, str) and value in choice.tables and _word(table, choice) != value:
+            known = field_names(choice.tables[value])
+            table[name] = {key: v for key, v in part.items() if key in known}
+
+
+def _word(table: Mapping[str, Any], choice: Choice) -> Any:
+    """The word of a table that chooses among the shapes of a section."""
+    section, key = choice.key.split(".")
+    part = table.get(section, {})
+    return part.get(key, choice.default) if isinstance(part, dict) else choice.default
+
+
+def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
     """Scene of a parsed table; all problems are collected before any is raised."""
     kind = _kind(table, errors)
-    known = [*_TOP, "kind", *kind.SECTIONS]
+    known = [*_TOP, "kind", *kind.sections]
     for key in table:
         if key not in known:
             errors.append(f"{key}: unknown key{_nearest(key, known)}")
-    values = {key: _value(key, table.get(key, ""), kind, errors) for key, kind in _TOP.items()}
+    values = {key: _value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
     values = {key: "" if value is _MISSING else value for key, value in values.items()}
     sections = {
-        name: _section(name, section, table[name], errors)
-        for name, section in kind.SECTIONS.items()
-        if name in table
+        name: _section(name, section, table, errors)
+        for name, section in kind.sections.items()
+        if name in table or isinstance(section, Choice)
     }
-    scene = kind.Scene(**values, **sections)
+    scene = kind.scene(**values, **sections)
     if scene.physical is not None:
         errors += _given_twice(table)
         errors += _absent(table["physical"])
@@ -148,34 +160,59 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> Scene | flow_config.S
     return scene
 
 
-def _kind(table: Mapping[str, Any], errors: list[str]) -> ModuleType:
-    name = table.get("kind", Scene.kind)
-    if name in KINDS:
+def _kind(table: Mapping[str, Any], errors: list[str]) -> Kind:
+    first = next(iter(KINDS.values()))
+    name = table.get("kind", first.name)
+    if isinstance(name, str) and name in KINDS:
         return KINDS[name]
     errors.append(f"kind: {_shown(name)} is none of {', '.join(map(repr, KINDS))}")
-    return config
+    return first
 
 
-def _section(name: str, section: type, table: Any, errors: list[str]) -> Any:
+def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors: list[str]) -> Any:
     """One section; its bad values are reported and replaced by defaults."""
+    choice, table = section if isinstance(section, Choice) else None, scene.get(name, {})
+    table_type = _chosen(name, section, scene, errors) if isinstance(section, Choice) else section
     if not isinstance(table, dict):
         errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
-        return section()
-    known, hints = _fields(section), get_type_hints(section)
+        return table_type()
+    hints, limits = get_type_hints(table_type), table_type.__dataclass_fields__
     good = {}
     for key, raw in table.items():
         path = f"{name}.{key}"
-        if key not in known:
-            errors.append(f"{path}: unknown key{_nearest(key, list(known))}")
+        if choice is not None and path == choice.key:
+            continue
+        if key not in limits:
+            errors.append(f"{path}: {_unknown(key, table_type, choice, scene)}")
             continue
         value = _value(path, raw, hints[key], errors)
         if value is _MISSING:
             continue
-        wrong = out_of_range(path, value, known[key].metadata)
+        wrong = out_of_range(path, value, limits[key].metadata)
         errors += wrong
         if not wrong:
             good[key] = value
-    return section(**good)
+    return table_type(**good)
+
+
+def _chosen(name: str, choice: Choice, scene: Mapping[str, Any], errors: list[str]) -> type:
+    """The table that the scene's word chooses; the first one after a message."""
+    word = _word(scene, choice)
+    if isinstance(word, str) and word in choice.tables:
+        return choice.tables[word]
+    if choice.key.startswith(f"{name}."):  # said once, where the word stands
+        valid = ", ".join(map(repr, choice.tables))
+        errors.append(f"{choice.key}: {_shown(word)} is none of {valid}")
+    return choice.tables[choice.default]
+
+
+def _unknown(key: str, table: type, choice: Choice | None, scene: Mapping[str, Any]) -> str:
+    """Why a section has no such key: it belongs to another shape, or to none."""
+    owners = choice.owners(key) if choice is not None else []
+    if choice is not None and owners:
+        valid = " or ".join(map(repr, owners))
+        return f"belongs to {choice.key} = {valid}, not to {_shown(_word(scene, choice))}"
+    return f"unknown key{_nearest(key, field_names(table))}"
 
 
 def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
@@ -185,7 +222,7 @@ def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
     if kind is float and type(raw) is int and abs(raw) < 2**1000:
         raw = float(raw)
     if type(raw) is not kind:
-        errors.append(f"{path}: must be {_KINDS[kind]}, not {_shown(raw)}")
+        errors.append(f"{path}: must be {_TYPES[kind]}, not {_shown(raw)}")
         return _MISSING
     if kind is float and not math.isfinite(raw):
         errors.append(f"{path}: must be finite, not {raw}")
@@ -208,7 +245,7 @@ def _shown(raw: Any) -> str:
     if isinstance(raw, dict):
         return "a section"
     try:
-        return _literal(raw)
+        return literal(raw)
     except TypeError:
         return repr(str(raw))
 
@@ -225,12 +262,12 @@ def _given_twice(table: Mapping[str, Any]) -> list[str]:
 
 def _absent(physical: Any) -> list[str]:
     """Values of [physical] that are needed but not given."""
-    needed = [key for key in _fields(Physical) if key != "poisson_ratio"]
+    needed = [key for key in field_names(Physical) if key != "poisson_ratio"]
     given = physical if isinstance(physical, dict) else {}
     return [f"physical.{key}: is needed in [physical]" for key in needed if key not in given]
 
 
-def _with_groups(scene: Scene, physical: Physical) -> Scene:
+def _with_groups(scene: Any, physical: Physical) -> AnyScene:
     """Scene whose dimensionless groups follow from its [physical] table."""
     for path, value in physical.groups().items():
         section, key = path.split(".")

@@ -6,40 +6,46 @@ import json
 from dataclasses import fields
 from typing import Any
 
-from .kinds.adaptive_flow import config as flow_config
-from .kinds.inflation.config import Scene
-from .loader import KINDS
+from .sections import AnyScene
+
+TOP = ("name", "description", "kind")
 
 
-def write(scene: Scene | flow_config.Scene) -> str:
+def write(scene: AnyScene) -> str:
     """The scene as TOML with every default spelled out; reads back to an equal scene."""
-    top = ("name", "description", "kind")
-    lines = [f"{key} = {_literal(getattr(scene, key))}" for key in top]
+    lines = [f"{key} = {literal(getattr(scene, key))}" for key in TOP]
     groups = scene.physical.groups() if scene.physical else {}
-    for section, kind in KINDS[scene.kind].SECTIONS.items():
+    for section in field_names(type(scene)):
         part = getattr(scene, section)
-        if part is None:
+        if section in TOP or part is None:
             continue
         lines += ["", f"[{section}]"]
-        for key in _fields(kind):
-            line = f"{key} = {_literal(getattr(part, key))}"
+        for key in field_names(type(part)):
+            line = f"{key} = {literal(getattr(part, key))}"
             given = f"{section}.{key}" in groups
             lines.append(f"# {line}  # from [physical]" if given else line)
     return "\n".join(lines) + "\n"
 
 
-def _fields(section: type) -> dict[str, Any]:
-    return {f.name: f for f in fields(section)}
+def field_names(section: type) -> list[str]:
+    """Keys of a dataclass, in order."""
+    return [f.name for f in fields(section)]
 
 
-def _literal(value: Any) -> str:
-    """A TOML literal."""
+def literal(value: Any) -> str:
+    """A TOML literal.
+
+    Raises
+    ------
+    TypeError
+        A value that TOML has no literal for here.
+    """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
+        return "[" + ", ".join(literal(entry) for entry in value) + "]"
     if isinstance(value, int | float):
         return repr(value)
     raise TypeError(f"no TOML literal for {value!r}")

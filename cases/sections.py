@@ -1,4 +1,4 @@
-"""Sections that several kinds of scenes share, and the limits of a field.
+"""What scenes are made of: fields with limits, tables chosen by a key, sections that kinds share.
 
 All quantities are non-dimensional: membrane stiffness, areal density and the length unit are 1,
 so that time counts in L sqrt(rho_s (1-nu^2)/(E h)) and pressure in E h/((1-nu^2) L). An optional
@@ -10,10 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
-
-pass  # import gone
-
+from typing import Any, ClassVar, Protocol
 
 SCHEMES = (
     "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
@@ -44,6 +41,61 @@ def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
         for key, (test, words) in tests.items()
         if key in limits and not all(test(v, limits[key]) for v in values)
     ]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A section whose keys depend on a word of the scene, so that each shape owns its table.
+
+    Attributes
+    ----------
+    key : str
+        The word's path, for example ``geometry.kind``.
+    tables : mapping of str to type
+        Section dataclass of each word; the first one is the default.
+    """
+
+    key: str
+    tables: Mapping[str, type]
+
+    @property
+    def default(self) -> str:
+        """The word of a scene that does not say it."""
+        return next(iter(self.tables))
+
+    def owners(self, key: str) -> list[str]:
+        """Words whose tables have a key."""
+        return [word for word, table in self.tables.items() if key in table.__dataclass_fields__]
+
+
+# Section name -> its dataclass, or the tables to choose from.
+Sections = Mapping[str, type | Choice]
+
+
+class AnyOutput(Protocol):
+    """What every kind lets a scene say about files and pictures."""
+
+    @property
+    def fields_every(self) -> int: ...
+    @property
+    def picture(self) -> bool: ...
+
+
+class AnyScene(Protocol):
+    """What scenes of all kinds have; each is a frozen dataclass of its sections."""
+
+    kind: ClassVar[str]
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def physical(self) -> Physical | None: ...
+    @property
+    def output(self) -> AnyOutput: ...
+    @property
+    def tolerances(self) -> dict[str, float]: ...
 
 
 @dataclass(frozen=True)
@@ -93,6 +145,25 @@ class Output:
     tessellate: int = rule(3, least=1, most=32)
     picture: bool = rule(True)
     seed: int = rule(0, least=0)
+
+
+@dataclass(frozen=True)
+class StepOutput:
+    """Output of a kind without time: steps between field files (0: none), and the picture."""
+
+    fields_every: int = rule(1, least=0)
+    picture: bool = rule(True)
+
+
+class TimedScene(AnyScene, Protocol):
+    """What scenes of all kinds with time have besides."""
+
+    @property
+    def time(self) -> Time: ...
+    @property
+    def coupling(self) -> Coupling: ...
+    @property
+    def output(self) -> Output: ...
 
 
 @dataclass(frozen=True)

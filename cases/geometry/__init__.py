@@ -1,9 +1,6 @@
-"""Initial geometries of scenes, by name."""
+"""Initial shapes as splines; knows no scenes.
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..kinds.inflation.config import Geometry, Mesh, Scene
-    from .bag import Bag
+Read `bag.py` (membrane and inlet), `pancake.py` with `revolution.py`, then folded bags: `fold.py`
+(plane curves), `folding.py` (maps of the plane), `pillow.py`, `folded.py`, `crumple.py`,
+`inspection.py`. `bodies.py` has exact closed bodies for the boundary integrals.
+"""

@@ -1,4 +1,4 @@
-"""A bag: a membrane and its inflow patch, if any, with one array of coefficients."""
+"""A bag: a membrane and its inlet, if any, with one array of coefficients."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class Bag:
 
     Attributes
     ----------
-    membrane, patch : TensorSurface
-        The moving surface and the fixed inflow patch (None of a closed membrane); both normals
-        point out of the bag.
+    membrane, inlet : TensorSurface
+        The moving surface and the fixed inlet (None of a closed membrane); both normals point
+        out of the bag.
     coefficients : (n_full, 3) array
-        Membrane coefficients, then those of the patch.
+        Membrane coefficients, then those of the inlet.
     support : callable
-        Extraction ``(3 n_full, n_free)`` of a rim that is "hinged" or "clamped" to the patch.
+        Extraction ``(3 n_full, n_free)`` of a rim that is "hinged" or "clamped" to the inlet.
     profile : callable
-        Inflow profile X on points (n, 3) of the patch, zero at its rim [T 6.3.3]; None without.
+        Inflow profile X on points (n, 3) of the inlet, zero at its rim [T 6.3.3]; None without.
     gap, extent : float
         Sheet distance H and lateral extent l of the narrowest region, for forecasts.
     exact_volume : float
@@ -35,7 +35,7 @@ class Bag:
     """
 
     membrane: TensorSurface
-    patch: TensorSurface | None
+    inlet: TensorSurface | None
     coefficients: np.ndarray
     support: Callable[[str], csr_matrix]
     profile: Callable[[np.ndarray], np.ndarray] | None
@@ -50,5 +50,5 @@ class Bag:
 
     @property
     def parts(self) -> tuple[TensorSurface, ...]:
-        """Membrane, then patch where there is one."""
-        return (self.membrane,) if self.patch is None else (self.membrane, self.patch)
+        """Membrane, then inlet where there is one."""
+        return (self.membrane,) if self.inlet is None else (self.membrane, self.inlet)

@@ -15,7 +15,7 @@ GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
 
 
 @dataclass(frozen=True)
-class Sampler:
+class BagSampler:
     """Points, normals and grids of a configuration for diagnostics and pictures."""
 
     body: Bag

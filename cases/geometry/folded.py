@@ -1,6 +1,6 @@
-"""Folded bags with an inflow patch: the flat and the folded bag fitted to one pillow basis.
+"""Folded bags with an inlet: the flat and the folded bag fitted to one pillow basis.
 
-The patch is a square of whole elements on the lower sheet of an end panel. The membrane is the
+The inlet is a square of whole elements on the lower sheet of an end panel. The membrane is the
 rest; functions across the rim are cut in two. Both configurations share their coefficients'
 numbering, so that a shell may take its metric from one and its curvature from the other.
 """
@@ -69,7 +69,7 @@ class FoldedBag(Bag):
 
         A panel's normal is the mean of both its sheets, by area. The flat bag lies in the
         rigid position nearest to the configuration, because an open bag may tilt about its
-        patch; ``aligned=False`` leaves it where it was cut, normal to z.
+        inlet; ``aligned=False`` leaves it where it was cut, normal to z.
         """
         c = coefficients[: self.n_membrane]
         s, t = (tangent @ c for tangent in self._tangents)
@@ -83,7 +83,7 @@ class FoldedBag(Bag):
         return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-def inlet_elements(surface: Pillow, x: float, size: int) -> np.ndarray:
+def inlet_cells(surface: Pillow, x: float, size: int) -> np.ndarray:
     """A square of elements on the lower sheet, its middle near ``(x, 0)`` of the flat bag."""
     t = np.arccos(1.0 - 2.0 * x) / np.pi * surface.n_t
     s0 = round(0.75 * surface.n_s - 0.5 * size)
@@ -98,11 +98,11 @@ def folded_bag(
     *,
     plan: str = "rectangle",
     width: float = 1.0,
-    inlet: int = 2,
+    inlet_elements: int = 2,
     crumpled: float = 0.0,
     seed: int = 0,
 ) -> FoldedBag:
-    """Fit a flat bag and its folded state, and cut out the inflow patch.
+    """Fit a flat bag and its folded state, and cut out the inlet.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ def folded_bag(
         Outline of the flat bag, of unit length.
     width : float
         Of a rectangle.
-    inlet : int
-        Elements along a side of the inflow patch.
+    inlet_elements : int
+        Elements along a side of the inlet.
     crumpled : float
         Amplitude of a random collision-free displacement after folding; 0 for none.
     seed : int
@@ -122,20 +122,20 @@ def folded_bag(
     base = outline(folding.gap, plan, width)
     flat_all, _ = fit(surface, *base)
     folded_all, error = fit(surface, *base, *folding.maps)
-    cut = inlet_elements(surface, folding.inlet, inlet)
+    cut = inlet_cells(surface, folding.inlet, inlet_elements)
     rest = np.setdiff1d(np.arange(surface.n_s * surface.n_t), cut)
-    membrane, patch = surface.restrict(rest), surface.restrict(cut)
+    membrane, inlet = surface.restrict(rest), surface.restrict(cut)
     if crumpled > 0.0:
         folded_all = crumple(surface, folded_all, cut, amplitude=crumpled, seed=seed)
-    parts = [np.concatenate([c[membrane.kept], c[patch.kept]]) for c in (folded_all, flat_all)]
+    parts = [np.concatenate([c[membrane.kept], c[inlet.kept]]) for c in (folded_all, flat_all)]
     fine = Pillow(2 * surface.n_s, 2 * surface.n_t)
     exact = np.nan if crumpled else enclosed(fine, fit(fine, *base, *folding.maps)[0])
     return FoldedBag(
         membrane=membrane,
-        patch=patch,
+        inlet=inlet,
         coefficients=parts[0],
-        support=lambda kind: extraction(membrane.held(kind), None, patch.n_coefficients),
-        profile=bubble(patch, parts[0][membrane.n_coefficients :], inlet),
+        support=lambda kind: extraction(membrane.held(kind), None, inlet.n_coefficients),
+        profile=bubble(inlet, parts[0][membrane.n_coefficients :], inlet_elements),
         gap=min(folding.gap, folding.between),
         extent=0.5 * folding.panel,
         exact_volume=exact,
@@ -162,16 +162,16 @@ def enclosed(surface: Pillow, coefficients: np.ndarray) -> float:
     return float(cone @ np.tile(np.outer(w, w).ravel(), surface.n_elements))
 
 
-def bubble(patch: Pillow, coefficients: np.ndarray, size: int) -> Callable:
-    """Inflow profile ``16 a (1 - a) b (1 - b)`` in patch coordinates a, b, of points in space.
+def bubble(inlet: Pillow, coefficients: np.ndarray, size: int) -> Callable:
+    """Inflow profile ``16 a (1 - a) b (1 - b)`` in inlet coordinates a, b, of points in space.
 
-    A quartic in coordinates of the patch's plane, fitted to the profile on the patch; points of
-    the patch only may be asked for, and what the fit leaves below zero at the rim is cut off.
+    A quartic in coordinates of the inlet's plane, fitted to the profile on the inlet; points of
+    the inlet only may be asked for, and what the fit leaves below zero at the rim is cut off.
     """
     x = np.linspace(0.0, 1.0, 9)
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-    points = patch.sample(xi, eta) @ coefficients
-    es, et = np.divmod(patch.selected, patch.n_t)
+    points = inlet.sample(xi, eta) @ coefficients
+    es, et = np.divmod(inlet.selected, inlet.n_t)
     a = (((es - es.min())[:, None] + xi) / size).ravel()
     b = (((et - et.min())[:, None] + eta) / size).ravel()
     centre = points.mean(axis=0)

@@ -129,8 +129,8 @@ def faced(bag: FoldedBag) -> float:
     """Shortest distance from the patch along its outward normal to another sheet."""
     middle = np.array([0.5])
     c = bag.coefficients[bag.n_membrane :]
-    origin = bag.patch.sample(middle, middle) @ c
-    normal = np.cross(*(bag.patch.sample(middle, middle, k) @ c for k in (0, 1)))
+    origin = bag.inlet.sample(middle, middle) @ c
+    normal = np.cross(*(bag.inlet.sample(middle, middle, k) @ c for k in (0, 1)))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     corners = np.array([0.0, 1.0])
     xi, eta = (g.ravel() for g in np.meshgrid(corners, corners, indexing="ij"))
@@ -161,6 +161,6 @@ def _crosses(bag: FoldedBag) -> bool | None:
         return None
     whole = bag.membrane.restrict(np.arange(bag.membrane.n_s * bag.membrane.n_t))
     c = np.empty((whole.n_coefficients, 3))
-    c[bag.patch.kept] = bag.coefficients[bag.n_membrane :]
+    c[bag.inlet.kept] = bag.coefficients[bag.n_membrane :]
     c[bag.membrane.kept] = bag.coefficients[: bag.n_membrane]
     return sampled(whole, c, 4).intersects(c)

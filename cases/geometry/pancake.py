@@ -165,15 +165,15 @@ def pancake(
         return 1.0 - (points[:, 0] ** 2 + points[:, 1] ** 2) / radius**2
 
     membrane = SplineSurface(s, t, pole_start=True)
-    patch = SplineSurface(inward, t, pole_end=True)
+    inlet = SplineSurface(inward, t, pole_end=True)
 
     def support(kind: str) -> csr_matrix:
         fixed = held_rim(membrane, -1, kind)
-        return extraction(membrane.reduction, fixed, patch.n_coefficients)
+        return extraction(membrane.reduction, fixed, inlet.n_coefficients)
 
     return Bag(
         membrane=membrane,
-        patch=patch,
+        inlet=inlet,
         coefficients=np.concatenate([revolve(profile, t), revolve(lid, t)]),
         support=support,
         profile=quadratic,

@@ -10,8 +10,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .inflation.config import Inflow
-
 
 def ramp_integral(t: float, t1: float, t2: float) -> float:
     """Integral of T from 0 to t, in closed form."""
@@ -29,11 +27,12 @@ def ramp_integral(t: float, t1: float, t2: float) -> float:
     return total / t2
 
 
-def prescribed_volume(inflow: Inflow, initial: float) -> Callable[[float], float]:
-    """V(t) from the scene's inflow and the initial volume of the fitted bag."""
-    final = inflow.final_volume * initial
+def prescribed_volume(
+    initial: float, final: float, t1: float, t2: float
+) -> Callable[[float], float]:
+    """V(t) from the initial volume of the fitted bag, the final one and the times of the ramps."""
 
     def volume(t: float) -> float:
-        return initial + (final - initial) * ramp_integral(t, inflow.t1, inflow.t2)
+        return initial + (final - initial) * ramp_integral(t, t1, t2)
 
     return volume

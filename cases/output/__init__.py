@@ -1,1 +1,6 @@
-"""Files of a run folder; each recorder has the shape of `coupling.protocols.Recorder`."""
+"""Files, pictures and news of a run; knows no kinds of scenes.
+
+Read `atomic.py` (how files are replaced), the recorders of the time loop (`recorder`, `history`,
+`iterations`, `vtk`, `checkpoint`, `run_record`, `progress`), `step_records.py` (the same for runs
+without time), `forecast.py`, and what pictures share (`figures`, `clip`, `flow_slice`).
+"""

@@ -9,14 +9,13 @@ from __future__ import annotations
 import hashlib
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
 
-from ..kinds.inflation.config import Scene
 from ..scene_text import write
-from ..sections import Output
+from ..sections import Output, TimedScene
 from .atomic import replacing
 from .recorder import Silent
 
@@ -33,7 +32,7 @@ class CheckpointError(ValueError):
 class Checkpoint(Silent):
     """Recorder of checkpoint.npz."""
 
-    def __init__(self, path: Path, scene: Scene):
+    def __init__(self, path: Path, scene: TimedScene):
         self.path = path
         self._hash = scene_hash(scene)
 
@@ -41,11 +40,11 @@ class Checkpoint(Silent):
         save(self.path, snapshot, self._hash)
 
 
-def scene_hash(scene: Scene) -> str:
+def scene_hash(scene: TimedScene) -> str:
     """Hash of all that enters the arithmetic; a later end time and other output may differ."""
     output = Output(checkpoint_every=scene.output.checkpoint_every, seed=scene.output.seed)
     time = replace(scene.time, end=0.0)
-    bare = replace(scene, name="", description="", output=output, time=time)
+    bare = replace(cast(Any, scene), name="", description="", output=output, time=time)
     return hashlib.sha256(write(bare).encode()).hexdigest()
 
 

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    pass
-
-
-LIGHT = np.array([-0.3, -0.7, 0.65])
+LIGHT = np.array([-0.3, -0.7, 0.65])  # direction the light comes from
 
 
 class NoPicture(ValueError):

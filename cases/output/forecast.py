@@ -1,31 +1,33 @@
-"""Printing what `airfold check` found: items, physical units, warnings with their remedy."""
+"""What `airfold check` found: items, physical units, warnings with their remedy; and its print."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-from ..kinds.inflation.config import Scene
+from ..sections import AnyScene
+
+GIGABYTE = 2.0**30
 
 
-class Item(Protocol):
+@dataclass(frozen=True)
+class Item:
     """One forecast figure."""
 
     name: str
     value: float | int | str
-    unit: str
-    note: str
+    unit: str = ""
+    note: str = ""
 
 
-class Forecast(Protocol):
-    """What `cases.kinds.inflation.forecast.forecast` returns."""
+@dataclass(frozen=True)
+class Forecast:
+    """What `airfold check` prints."""
 
-    items: Sequence[Item]
-    warnings: Sequence[str]
+    items: tuple[Item, ...]
+    warnings: tuple[str, ...]
 
 
-def show(scene: Scene, forecast: Forecast) -> None:
+def show(scene: AnyScene, forecast: Forecast) -> None:
     """Print a forecast as a table, then its warnings."""
     from rich.console import Console
     from rich.table import Table
@@ -52,24 +54,3 @@ def show(scene: Scene, forecast: Forecast) -> None:
 
 def _number(value: float | int | str) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-GIGABYTE = 2.0**30
-
-
-@dataclass(frozen=True)
-class Item:
-    """One forecast figure."""
-
-    name: str
-    value: float | int | str
-    unit: str = ""
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """What `airfold check` prints."""
-
-    items: tuple[Item, ...]
-    warnings: tuple[str, ...]

@@ -16,8 +16,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..kinds.inflation.config import Scene
 from ..machine import machine, versions
+from ..sections import AnyScene, Physical
 from .atomic import replacing
 from .recorder import Silent
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
 
-    from ..kinds.inflation.accuracy import Accuracy
+    from .accuracy import Accuracy
 
 RUNNING = "running"
 
@@ -40,41 +40,34 @@ class RunRecord(Silent):
     scene : Scene
     tolerances : mapping, optional
         Resolved tolerances beside those of the scene.
-    accuracy : Accuracy, optional
-        What the fluid's tolerance came to; its review is written at the end.
     """
 
     def __init__(
         self,
         path: Path,
-        scene: Scene,
+        scene: AnyScene,
         tolerances: Mapping[str, Any] | None = None,
-        accuracy: Accuracy | None = None,
     ):
-        self.path, self._accuracy = path, accuracy
+        self.path = path
+        self._accuracy: Accuracy | None = None
         self.compression: Mapping[str, Any] = {}
         self._began = time.perf_counter()
         self._phases: Counter[str] = Counter()
         self._causes: Counter[str] = Counter()
         self._notes: Counter[str] = Counter()
         old = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        self._session = {"started": datetime.now(UTC).isoformat(timespec="seconds")}
-        self._record = {
+        self._session: dict[str, Any] = {"started": datetime.now(UTC).isoformat(timespec="seconds")}
+        self._record: dict[str, Any] = {
             "scene": scene.name,
             "result": RUNNING,
             "versions": versions(),
             "machine": machine(),
             "tolerances": {**scene.tolerances, **(tolerances or {})},
-            **({"accuracy": {"before": accuracy.before()}} if accuracy else {}),
             "skips": old.get("skips", []),
             "sessions": [*old.get("sessions", []), self._session],
         }
         if scene.physical:
-            units = {
-                "time_s": scene.physical.time_unit,
-                "pressure_Pa": scene.physical.pressure_unit,
-            }
-            self._record["physical"] = {**asdict(scene.physical), **units}
+            self._record["physical"] = _units(scene.physical)
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
@@ -85,6 +78,11 @@ class RunRecord(Silent):
         finally:
             self._phases[name] += time.perf_counter() - start
 
+    def expect(self, accuracy: Accuracy) -> None:
+        """Note what the fluid's tolerance came to; its review is written at the end."""
+        self._accuracy = accuracy
+        self._record["accuracy"] = {"before": accuracy.before()}
+
     def skip(self, what: str) -> None:
         """Note something that was left out, and why."""
         if what not in self._record["skips"]:
@@ -93,6 +91,18 @@ class RunRecord(Silent):
     def contraction(self, forecast: float, measured: float) -> None:
         """Note rho at the scene's dt, a priori and by power iteration at the start."""
         self._record["contraction"] = {"a priori": forecast, "measured": measured}
+
+    @contextmanager
+    def kept_on_failure(self) -> Iterator[None]:
+        """Note an interrupt or an error that ends a block, and pass it on."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.broken_off("interrupted")
+            raise
+        except Exception as error:
+            self.broken_off(f"failed: {type(error).__name__}: {error}")
+            raise
 
     def write(self) -> None:
         """Replace the file by the present state."""
@@ -141,6 +151,11 @@ class RunRecord(Silent):
             **figures,
         )
         self.write()
+
+
+def _units(physical: Physical) -> dict[str, float]:
+    units = {"time_s": physical.time_unit, "pressure_Pa": physical.pressure_unit}
+    return {**asdict(physical), **units}
 
 
 def _plain(value: Any) -> Any:

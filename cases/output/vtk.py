@@ -24,8 +24,8 @@ FOLDER = "fields"
 CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
 
 
-class Sampler(Protocol):
-    """What draws a configuration as quadrilaterals (see `cases.kinds.inflation.build.fields`)."""
+class SurfaceSampler(Protocol):
+    """What draws a configuration as quadrilaterals (see `cases.geometry.bag_sampler`)."""
 
     def surface_grid(
         self,
@@ -49,7 +49,7 @@ class Fields(Silent):
     """
 
     def __init__(
-        self, path: Path, sampler: Sampler, *, every: int, tessellate: int, traction: bool
+        self, path: Path, sampler: SurfaceSampler, *, every: int, tessellate: int, traction: bool
     ):
         self.path, self.sampler = path, sampler
         self.every, self.tessellate, self.traction = every, tessellate, traction

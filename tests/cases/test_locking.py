@@ -6,7 +6,7 @@ from cases import loader
 from cases.benchmarks.shells.roof import roof
 from cases.kinds.inflation import forecast as preflight
 from cases.kinds.inflation.initial_bag import initial_bag
-from cases.kinds.inflation.locking import locking_parameter, loss
+from cases.kinds.locking import locking_parameter, loss
 
 
 @pytest.mark.parametrize(("degree", "membrane", "n"), [(2, "gauss", 12), (3, "gauss", 12)])

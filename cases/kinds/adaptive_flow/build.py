@@ -1,6 +1,6 @@
 """A model-adaptive scene as objects: mesh, flow, goal and strategy.
 
-The counterpart of `cases.kinds.inflation.build`: the only place where this kind of scene meets the libraries.
+The only place where this kind of scene meets the libraries.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from coupling.model_adaptivity.adaptive_loop import Strategy
 from coupling.model_adaptivity.mesh_adaptivity import Level, refinements
 from coupling.navier_stokes.flow import MixedFlow, mixed_flow
 
-from .config import Scene
+from .config import AdaptiveFlowScene, EnergyGoal, VelocityGoal, VorticityGoal
 from .geometry import channel_cavity, inflow, rest, with_names
 
 DIRICHLET = {"inlet": inflow, "walls": rest}
@@ -24,7 +24,7 @@ OUTLET = "outlet"
 
 
 @dataclass(frozen=True)
-class Problem:
+class AdaptiveProblem:
     """What a scene stands for.
 
     Attributes
@@ -50,7 +50,7 @@ def flow_on(mesh: Mesh, reynolds: float, degree: int = 2, stress: bool = False) 
     )
 
 
-def goal(scene: Scene, flow: MixedFlow) -> goals.Goal:
+def goal(scene: AdaptiveFlowScene, flow: MixedFlow) -> goals.Goal:
     """The scene's goal on a flow.
 
     Raises
@@ -59,16 +59,16 @@ def goal(scene: Scene, flow: MixedFlow) -> goals.Goal:
         A region or a point that does not fit the mesh.
     """
     g = scene.goal
-    if g.kind == "vorticity":
+    if isinstance(g, VorticityGoal):
         return goals.vorticity(flow.space, goals.region(flow.space, g.region))
-    if g.kind == "kinetic-energy":
+    if isinstance(g, EnergyGoal):
         return goals.kinetic_energy(flow.space)
-    if g.kind == "velocity":
+    if isinstance(g, VelocityGoal):
         return goals.point_value(flow.space, g.point, g.radius, g.component)
     return goals.traction(flow, "walls", g.direction)
 
 
-def levels(scene: Scene) -> Callable[[], Level]:
+def levels(scene: AdaptiveFlowScene) -> Callable[[], Level]:
     """Iterator over the meshes that are adapted to the scene's goal."""
 
     def problem(mesh: Mesh, degree: int) -> tuple[MixedFlow, goals.Goal]:
@@ -81,7 +81,9 @@ def levels(scene: Scene) -> Callable[[], Level]:
     )
 
 
-def problem(scene: Scene, news: Callable[[str], None] = lambda text: None) -> Problem:
+def problem(
+    scene: AdaptiveFlowScene, news: Callable[[str], None] = lambda text: None
+) -> AdaptiveProblem:
     """Flow, goal and strategy; ``news`` hears about each adapted mesh."""
     error = float("nan")
     if scene.flow.refinements:
@@ -103,7 +105,7 @@ def problem(scene: Scene, news: Callable[[str], None] = lambda text: None) -> Pr
         tolerance=a.tolerance,
         max_steps=a.max_steps,
     )
-    return Problem(flow, goal(scene, flow), strategy, error)
+    return AdaptiveProblem(flow, goal(scene, flow), strategy, error)
 
 
 def grid(flow: MixedFlow, step: object) -> dict[str, object]:
@@ -131,7 +133,7 @@ def grid(flow: MixedFlow, step: object) -> dict[str, object]:
     }
 
 
-def skipped(scene: Scene) -> list[str]:
+def skipped(scene: AdaptiveFlowScene) -> list[str]:
     """What this scene does not need and a run therefore leaves out."""
     skips = []
     if not scene.adaptivity.reference:

@@ -5,19 +5,19 @@ Non-dimensional: largest inflow velocity and channel height are 1, the viscosity
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import rule
+from ...sections import Choice, Sections, StepOutput, rule
 
 # The channel and the square cavity below it: (left, right, bottom, top) [T fig. 7.2].
 RECTANGLES = ((0.0, 3.0, 0.0, 1.0), (1.0, 2.0, -1.0, 0.0))
 LAMINAR = 1500.0
+Box = tuple[float, float, float, float]  # left, right, bottom, top
 
 
 @dataclass(frozen=True)
-class Flow:
+class ChannelFlow:
     """Steady flow through the channel with a cavity.
 
     ``cells`` counts elements on a unit length; ``refinements = 0`` keeps these quadrilaterals,
@@ -34,19 +34,45 @@ class Flow:
 
 
 @dataclass(frozen=True)
-class Goal:
-    """Quantity of interest.
+class VorticityGoal:
+    """Integral of the vorticity over a region (left, right, bottom, top)."""
 
-    ``region`` (left, right, bottom, top) belongs to ``vorticity``; ``point``, ``radius`` and
-    ``component`` to ``velocity``; ``direction`` to ``traction`` on the walls.
-    """
-
-    kind: str = rule("vorticity", choices=("vorticity", "traction", "kinetic-energy", "velocity"))
+    kind: str = rule("vorticity", choices=("vorticity",))
     region: tuple[float, float, float, float] = rule((1.9, 2.0, -1.0, -0.9))
+
+
+@dataclass(frozen=True)
+class VelocityGoal:
+    """A velocity component near a point, averaged over a disc."""
+
+    kind: str = rule("velocity", choices=("velocity",))
     point: tuple[float, float] = rule((1.5, -0.5))
     radius: float = rule(0.1, above=0.0)
     component: int = rule(0, least=0, most=1)
+
+    @property
+    def box(self) -> Box:
+        """The square around the disc."""
+        (x, y), r = self.point, self.radius
+        return (x - r, x + r, y - r, y + r)
+
+
+@dataclass(frozen=True)
+class TractionGoal:
+    """Force on the walls in a direction."""
+
+    kind: str = rule("traction", choices=("traction",))
     direction: tuple[float, float] = rule((1.0, 0.0))
+
+
+@dataclass(frozen=True)
+class EnergyGoal:
+    """Kinetic energy of the whole flow."""
+
+    kind: str = rule("kinetic-energy", choices=("kinetic-energy",))
+
+
+SceneGoal = VorticityGoal | VelocityGoal | TractionGoal | EnergyGoal
 
 
 @dataclass(frozen=True)
@@ -69,15 +95,7 @@ class Adaptivity:
 
 
 @dataclass(frozen=True)
-class Output:
-    """Steps between field files (0: none), and the picture; every step is a checkpoint."""
-
-    fields_every: int = rule(1, least=0)
-    picture: bool = rule(True)
-
-
-@dataclass(frozen=True)
-class Scene:
+class AdaptiveFlowScene:
     """Everything a model-adaptive run is made of."""
 
     kind: ClassVar[str] = "model-adaptivity"
@@ -85,10 +103,10 @@ class Scene:
 
     name: str
     description: str = ""
-    flow: Flow = Flow()
-    goal: Goal = Goal()
+    flow: ChannelFlow = ChannelFlow()
+    goal: SceneGoal = VorticityGoal()
     adaptivity: Adaptivity = Adaptivity()
-    output: Output = Output()
+    output: StepOutput = field(default_factory=StepOutput)
 
     @property
     def tolerances(self) -> dict[str, float]:
@@ -96,17 +114,25 @@ class Scene:
         return {"adaptivity.tolerance": self.adaptivity.tolerance}
 
 
-SECTIONS: Mapping[str, type] = {
-    "flow": Flow,
-    "goal": Goal,
+SECTIONS: Sections = {
+    "flow": ChannelFlow,
+    "goal": Choice(
+        "goal.kind",
+        {
+            "vorticity": VorticityGoal,
+            "traction": TractionGoal,
+            "kinetic-energy": EnergyGoal,
+            "velocity": VelocityGoal,
+        },
+    ),
     "adaptivity": Adaptivity,
-    "output": Output,
+    "output": StepOutput,
 }
 
 
-def impossible(scene: Scene) -> list[str]:
+def impossible(scene: AdaptiveFlowScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    f, a = scene.flow, scene.adaptivity
+    f, g, a = scene.flow, scene.goal, scene.adaptivity
     cases = [
         (
             f.reynolds > LAMINAR,
@@ -118,18 +144,14 @@ def impossible(scene: Scene) -> list[str]:
             "adaptivity.indicator: 'exact' shares do not exist on triangles; use 'volume', "
             "'counting' or 'integral', or flow.refinements = 0",
         ),
-        *(_region(scene) if scene.goal.kind == "vorticity" else []),
-        (
-            scene.goal.kind == "velocity" and not _within(_disc(scene.goal)),
-            f"goal.point: the disc of radius {scene.goal.radius:g} around "
-            f"{list(scene.goal.point)} leaves the domain",
-        ),
+        *(_region(g, f.cells) if isinstance(g, VorticityGoal) else []),
+        *(_disc(g) if isinstance(g, VelocityGoal) else []),
     ]
     return [message for wrong, message in cases if wrong]
 
 
-def _region(scene: Scene) -> list[tuple[bool, str]]:
-    box, cells = scene.goal.region, scene.flow.cells
+def _region(goal: VorticityGoal, cells: int) -> list[tuple[bool, str]]:
+    box = goal.region
     shown = f"goal.region: {list(box)}"
     empty = box[0] >= box[1] or box[2] >= box[3]
     edges = [abs(x * cells - round(x * cells)) > 1e-9 for x in box]
@@ -148,12 +170,12 @@ def _region(scene: Scene) -> list[tuple[bool, str]]:
     ]
 
 
-def _disc(goal: Goal) -> tuple[float, float, float, float]:
-    x, y, r = *goal.point, goal.radius
-    return (x - r, x + r, y - r, y + r)
+def _disc(goal: VelocityGoal) -> list[tuple[bool, str]]:
+    message = f"goal.point: the disc of radius {goal.radius:g} around {list(goal.point)} leaves "
+    return [(not _within(goal.box), message + "the domain")]
 
 
-def _within(box: tuple[float, float, float, float]) -> bool:
+def _within(box: Box) -> bool:
     """Whether the rectangles cover a box: by area, as they do not overlap."""
     area = 0.0
     for left, right, bottom, top in RECTANGLES:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...output.forecast import GIGABYTE, Forecast, Item
-from .config import Scene
+from .config import AdaptiveFlowScene
 
 # Measured on 1.5e4 to 2.3e5 unknowns: nonzeros of the factors over n log2 n.
 FILL = 16.0
@@ -13,7 +13,7 @@ GROWTH = 1.75  # elements of a mesh over those before, refining 15% with closure
 AREA = 4.0
 
 
-def forecast(scene: Scene) -> Forecast:
+def forecast(scene: AdaptiveFlowScene) -> Forecast:
     """Sizes, memory and warnings of a scene; loads no finite elements."""
     elements, unknowns = _sizes(scene)
     memory = 12.0 * FILL * unknowns * math.log2(unknowns) / GIGABYTE
@@ -28,7 +28,7 @@ def forecast(scene: Scene) -> Forecast:
     return Forecast(tuple(items), tuple(_warnings(scene, memory)))
 
 
-def _sizes(scene: Scene) -> tuple[int, int]:
+def _sizes(scene: AdaptiveFlowScene) -> tuple[int, int]:
     f = scene.flow
     squares = AREA * f.cells**2
     if not f.refinements:
@@ -38,7 +38,7 @@ def _sizes(scene: Scene) -> tuple[int, int]:
     return int(triangles), int(4.5 * triangles)
 
 
-def _warnings(scene: Scene, memory: float) -> list[str]:
+def _warnings(scene: AdaptiveFlowScene, memory: float) -> list[str]:
     f, a = scene.flow, scene.adaptivity
     warnings = []
     if memory > 4.0:

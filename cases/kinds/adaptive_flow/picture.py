@@ -15,6 +15,7 @@ import numpy as np
 from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import CELLS, read_frames
+from .config import AdaptiveFlowScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,7 @@ DECADES = 8
 
 
 @dataclass(frozen=True)
-class Shot:
+class FlowShot:
     """A step: points ``(n, 2)``, cells ``(m, k)``, cell and point data."""
 
     step: int
@@ -37,7 +38,7 @@ class Shot:
     speed: np.ndarray
 
 
-def overview(folder: Path) -> Path:
+def overview(folder: Path, scene: AdaptiveFlowScene) -> Path:
     """Draw overview.png of a run folder.
 
     Raises
@@ -82,13 +83,13 @@ def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:
     return [frames[i] for i in sorted({i for i in wanted if i < len(frames)})][:SHOTS]
 
 
-def _read(folder: Path, t: float, name: str) -> Shot:
+def _read(folder: Path, t: float, name: str) -> FlowShot:
     import meshio
 
     mesh = meshio.read(folder / name)
     kind = next(k for k in CELLS.values() if k in mesh.cells_dict)
     none = np.zeros(mesh.cells_dict[kind].shape[0])
-    return Shot(
+    return FlowShot(
         int(t),
         mesh.points[:, :2],
         mesh.cells_dict[kind],
@@ -99,7 +100,7 @@ def _read(folder: Path, t: float, name: str) -> Shot:
 
 
 def _draw_shots(
-    figure: Figure, axes: np.ndarray, shots: list[Shot], history: dict[str, np.ndarray]
+    figure: Figure, axes: np.ndarray, shots: list[FlowShot], history: dict[str, np.ndarray]
 ) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
@@ -121,7 +122,7 @@ def _draw_shots(
     figure.colorbar(second, ax=list(axes[:, 1]), shrink=0.5, label="speed (Stokes part darkened)")
 
 
-def _draw_mesh(axes: np.ndarray, shot: Shot) -> None:
+def _draw_mesh(axes: np.ndarray, shot: FlowShot) -> None:
     """The adapted mesh, and a window around its smallest element [T figs. 7.4, 7.7]."""
     from matplotlib.collections import PolyCollection
 
@@ -149,7 +150,7 @@ def _title(history: dict[str, np.ndarray], row: int) -> str:
     return text + (f", error {error:.2e}" if np.isfinite(error) else "")
 
 
-def _cells(axes: Axes, shot: Shot, **options: Any) -> PolyCollection:
+def _cells(axes: Axes, shot: FlowShot, **options: Any) -> PolyCollection:
     from matplotlib.collections import PolyCollection
 
     polygons = shot.points[shot.cells]

@@ -1,134 +1,60 @@
-"""Model-adaptive runs and their folders: one row, frame and checkpoint a step; resumable."""
+"""The adaptive loop step by step: one row, frame and checkpoint each; resumable."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ...output.atomic import replacing
-from ...output.history import History
-from ...output.run_record import RunRecord
-from ...output.vtk import FOLDER, read_frames, write_frames, write_grid
-from ...scene_text import write
-from .config import Scene
+from ...output.step_records import StepOutcome, StepRecords
+from ...output.vtk import write_grid
+from .config import AdaptiveFlowScene
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from coupling.model_adaptivity.adaptive_loop import Step
 
-    from coupling.model_adaptivity.adaptive_loop import Result, Step
-
-    from .build import Problem
-
-CHECKPOINT = "checkpoint.npz"
+    from .build import AdaptiveProblem
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How the loop ended."""
-
-    result: Result
-    step: int
-    counts: Mapping[str, float]
-    summary: str
-    detail: str = ""
-
-    @property
-    def where(self) -> str:
-        return f"step {self.step}"
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where a loop begins: its first step, flags, guess and the full model's goal."""
-
-    first: int = 0
-    flagged: np.ndarray | None = None
-    x: np.ndarray | None = None
-    reference: float | None = None
-
-
-class CheckpointError(ValueError):
-    """A checkpoint of another scene, or an unreadable one."""
-
-
-def load(folder: Path, scene: Scene) -> Start:
-    """What to go on from; the beginning if there is no checkpoint.
-
-    Raises
-    ------
-    CheckpointError
-        It belongs to another scene.
-    """
-    path = folder / CHECKPOINT
-    if not path.exists():
-        return Start()
-    with np.load(path, allow_pickle=False) as file:
-        arrays = dict(file)
-    if str(arrays["scene"]) != _arithmetic(scene):
-        raise CheckpointError(
-            f"{path.name} belongs to another scene than run.toml beside it; only name, description "
-            "and output may be changed before a resume"
-        )
-    return Start(int(arrays["first"]), arrays["flagged"], arrays["x"], float(arrays["reference"]))
-
-
-def _arithmetic(scene: Scene) -> str:
-    """All that enters the arithmetic."""
-    return write(Scene("", flow=scene.flow, goal=scene.goal, adaptivity=scene.adaptivity))
-
-
-def run(scene: Scene, folder: Path, console: Console, record: RunRecord, start: Start) -> Outcome:
-    """Run the loop into a folder."""
-    began = time.perf_counter()
-
-    def news(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
-
-    record.write()
-    with record.phase("build"):
+def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
+    """Run the loop from where the records stand."""
+    with records.record.phase("build"):
         from . import build
 
         for what in build.skipped(scene):
-            record.skip(what)
-            news(f"skipped: {what}")
-        problem = build.problem(scene, news)
-        reference = _reference(scene, problem, start, news)
-    history = History(folder / "history.csv")
-    history.cut_back(start.first - 1)
-    frames = _kept_frames(folder, start.first)
-    with record.phase("run"):
-        for step in _steps(problem, reference, start):
-            row = _row(step, problem, time.perf_counter() - began)
-            history.append(row)
-            if scene.output.fields_every and step.index % scene.output.fields_every == 0:
-                frames.append((float(step.index), f"{FOLDER}/frame_{step.index:06d}.vtu"))
-                write_grid(folder / frames[-1][1], build.grid(problem.flow, step))
-                write_frames(folder / "fields.pvd", frames)
-            news(_line(step))
+            records.skip(what)
+        problem = build.problem(scene, records.news)
+        reference = _reference(scene, problem, records)
+    first = int(records.start.get("first", 0))
+    records.cut_back(first - 1, below=first)
+    every = scene.output.fields_every
+    with records.record.phase("run"):
+        for step in _steps(problem, reference, records, first):
+            records.row(_row(step, problem, records.elapsed))
+            if every and step.index % every == 0:
+                grid = build.grid(problem.flow, step)
+                records.frame(float(step.index), step.index, lambda p, g=grid: write_grid(p, g))
+            records.news(_line(step))
             if step.result.name == "RUNNING":
-                _save(folder / CHECKPOINT, scene, problem, step, reference)
+                _save(records, problem, step, reference)
     return _outcome(step, problem)
 
 
-def _reference(scene: Scene, problem: Problem, start: Start, news: Any) -> float:
+def _reference(scene: AdaptiveFlowScene, problem: AdaptiveProblem, records: StepRecords) -> float:
     from coupling.model_adaptivity.adaptive_loop import full_model
 
-    if start.reference is not None:
-        return start.reference
+    if "reference" in records.start:
+        return float(records.start["reference"])
     if not scene.adaptivity.reference:
         return math.nan
     value, found = full_model(problem.flow, problem.goal)
-    news(f"full model: goal {value:.6e}, {found.iterations} Newton iterations")
+    records.news(f"full model: goal {value:.6e}, {found.iterations} Newton iterations")
     return value
 
 
-def _steps(problem: Problem, reference: float, start: Start) -> Iterator[Step]:
+def _steps(
+    problem: AdaptiveProblem, reference: float, records: StepRecords, first: int
+) -> Iterator[Step]:
     from coupling.model_adaptivity.adaptive_loop import adapt
 
     return adapt(
@@ -136,31 +62,24 @@ def _steps(problem: Problem, reference: float, start: Start) -> Iterator[Step]:
         problem.goal,
         problem.strategy,
         reference=reference,
-        flagged=start.flagged,
-        start=start.x,
-        first=start.first,
+        flagged=records.start.get("flagged"),
+        start=records.start.get("x"),
+        first=first,
     )
 
 
-def _kept_frames(folder: Path, first: int) -> list[tuple[float, str]]:
-    return [(t, name) for t, name in read_frames(folder / "fields.pvd") if t < first]
-
-
-def _save(path: Path, scene: Scene, problem: Problem, step: Step, reference: float) -> None:
+def _save(records: StepRecords, problem: AdaptiveProblem, step: Step, reference: float) -> None:
     from coupling.model_adaptivity.adaptive_loop import enlarged
 
-    arrays = {
-        "scene": np.array(_arithmetic(scene)),
-        "first": np.array(step.index + 1),
-        "flagged": enlarged(problem.flow, step, problem.strategy),
-        "x": step.solution.x,
-        "reference": np.array(reference),
-    }
-    with replacing(path, "wb") as file:
-        np.savez(file, **arrays)
+    records.checkpoint(
+        first=step.index + 1,
+        flagged=enlarged(problem.flow, step, problem.strategy),
+        x=step.solution.x,
+        reference=reference,
+    )
 
 
-def _row(step: Step, problem: Problem, wall: float) -> dict[str, float]:
+def _row(step: Step, problem: AdaptiveProblem, wall: float) -> dict[str, float]:
     return {
         "step": step.index,
         "element_fraction": step.element_fraction,
@@ -192,10 +111,10 @@ def _line(step: Step) -> str:
     return f"{text}  Newton {step.solution.iterations}  {sum(step.seconds.values()):.1f} s"
 
 
-def _outcome(step: Step, problem: Problem) -> Outcome:
+def _outcome(step: Step, problem: AdaptiveProblem) -> StepOutcome:
     summary = (
         f"{step.result.value}; goal {step.goal:.6e}, bound {step.bound:.1e}, Navier-Stokes on "
         f"{step.element_fraction:.0%} of the elements"
     )
     counts = {"steps": step.index + 1, "unknowns": problem.flow.space.n}
-    return Outcome(step.result, step.index, counts, summary)
+    return StepOutcome(step.result, step.index, counts, summary, f"step {step.index}")

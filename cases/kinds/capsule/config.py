@@ -1,21 +1,20 @@
 """A capsule scene as frozen dataclasses: a closed spherical membrane in planar strain.
 
-Units as in `cases.kinds.inflation.config`, the radius is the length unit. The flow is
+Units as in `cases.sections`, the radius is the length unit. The flow is
 ``u = gdot/2 (x, -y, 0)`` with ``gdot = Ca Gs / (lambda m)``: Ca counts the outer viscosity
 against the membrane's shear modulus ``Gs = (1 - nu) / 2``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Coupling, Output, Time, rule
+from ...sections import Coupling, Output, Sections, Time, rule
 
 
 @dataclass(frozen=True)
-class Mesh:
+class CapsuleMesh:
     """Degree, rows from pole to pole, elements around the third axis (a multiple of four)."""
 
     degree: int = rule(3, choices=(2, 3))
@@ -24,7 +23,7 @@ class Mesh:
 
 
 @dataclass(frozen=True)
-class Structure:
+class CapsuleStructure:
     """Membrane of unit stiffness E h/(1 - nu^2) and unit radius, unstressed as a sphere."""
 
     stiffness: ClassVar[float] = 1.0
@@ -40,8 +39,8 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Fluid:
-    """Stokes flow in and around; ``mass_ratio`` that of the fluid inside, as in `cases.kinds.inflation.config`."""
+class CapsuleFluid:
+    """Stokes flow in and around; ``mass_ratio`` m = varpi/Re is that of the fluid inside."""
 
     model: ClassVar[str] = "stokes"
 
@@ -52,14 +51,14 @@ class Fluid:
 
 
 @dataclass(frozen=True)
-class Flow:
+class StrainFlow:
     """Planar strain; ``capillary`` is Ca = (outer viscosity) gdot a / Gs."""
 
     capillary: float = rule(0.005, above=0.0)
 
 
 @dataclass(frozen=True)
-class Scene:
+class CapsuleScene:
     """Everything a capsule run is made of."""
 
     kind: ClassVar[str] = "capsule"
@@ -67,10 +66,10 @@ class Scene:
 
     name: str
     description: str = ""
-    mesh: Mesh = Mesh()
-    structure: Structure = Structure()
-    fluid: Fluid = Fluid()
-    flow: Flow = Flow()
+    mesh: CapsuleMesh = CapsuleMesh()
+    structure: CapsuleStructure = CapsuleStructure()
+    fluid: CapsuleFluid = CapsuleFluid()
+    flow: StrainFlow = StrainFlow()
     time: Time = field(default_factory=lambda: Time(dt=5.0, end=100.0))
     coupling: Coupling = field(default_factory=Coupling)
     output: Output = field(default_factory=Output)
@@ -98,23 +97,23 @@ class Scene:
         return 1.25 * (2.0 + nu) / (1.0 + nu) * self.flow.capillary
 
 
-SECTIONS: Mapping[str, type] = {
-    "mesh": Mesh,
-    "structure": Structure,
-    "fluid": Fluid,
-    "flow": Flow,
+SECTIONS: Sections = {
+    "mesh": CapsuleMesh,
+    "structure": CapsuleStructure,
+    "fluid": CapsuleFluid,
+    "flow": StrainFlow,
     "time": Time,
     "coupling": Coupling,
     "output": Output,
 }
 
 
-def impossible(scene: Scene) -> list[str]:
+def impossible(scene: CapsuleScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
     m, t = scene.mesh, scene.time
     cases = [
         (
-            m.around % 4,
+            m.around % 4 != 0,
             f"mesh.around: {m.around} must be a multiple of 4, so that both axes of the strain are "
             "alike; use 8, 12 or 16",
         ),

@@ -8,10 +8,10 @@ from coupling.schemes.contraction import contraction_forecast
 
 from ...output.forecast import Forecast, Item
 from ..schemes import LIMITS
-from .config import Scene
+from .config import CapsuleScene
 
 
-def contraction(scene: Scene) -> float:
+def contraction(scene: CapsuleScene) -> float:
     """Contraction rho of plain subiterations at the scene's time step."""
     m, f = scene.mesh, scene.fluid
     size = min(np.pi / m.rows, 2.0 * np.pi / m.around)
@@ -20,7 +20,7 @@ def contraction(scene: Scene) -> float:
     return both * rate
 
 
-def forecast(scene: Scene) -> Forecast:
+def forecast(scene: CapsuleScene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
     m, f, t = scene.mesh, scene.fluid, scene.time
     elements = m.rows * m.around

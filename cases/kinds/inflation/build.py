@@ -1,21 +1,16 @@
-"""The one factory: a validated scene becomes surfaces, structure, fluid and a simulation.
-
-The only place where shells, hbem and coupling meet. Everything heavy is imported here, so that
-listing and checking scenes stays light.
-"""
+"""An inflation as objects: structure, fluid, scheme and collision test, where the packages meet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
-from coupling.protocols import Recorder, State
-from coupling.schemes.contraction import contraction_measured
+from coupling.protocols import Fluid, State
 from coupling.schemes.implicit import StructureOnly
-from coupling.stepping.integrator import BDF2, BackwardEuler
-from coupling.stepping.step_control import StepControl
-from coupling.stepping.time_loop import Simulation, Tolerances
+from coupling.schemes.scheme import Scheme
+from coupling.stepping.operator_reuse import KeptOperators, reach
 from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
@@ -23,21 +18,51 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
-from ...geometry.bag_sampler import Sampler
+from ...geometry.bag_sampler import BagSampler
 from ...geometry.folded import FoldedBag
+from ...output.accuracy import Accuracy
 from ..inflow import prescribed_volume
-from ..schemes import iterations
 from ..schemes import scheme as named_scheme
-from .config import Scene
-from .contact import _collision, _tested
-from .fluid import fluid, kept
-from .initial_bag import initial_bag
-from .plan import compression, contraction, fluid_budget
+from ..simulated import Simulated
+from .config import InflationScene
+from .contact import certified
+from .plan import InflationPlan
 
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 
 
-def structure(scene: Scene, body: Bag) -> ShellStructure:
+def simulated(scene: InflationScene) -> Simulated:
+    """Everything a run needs, from one scene."""
+    plan = InflationPlan(scene)
+    body, shell = plan.bag, structure(scene, plan.bag)
+    sampler = BagSampler(body)
+    start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
+    if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
+        start = relaxed(shell, start)
+    initial, i = shell.volume(body.coefficients), scene.inflow
+
+    def diagnostics(state: State) -> Mapping[str, float]:
+        found = {"min_gap": sampler.gap(state.coefficients)}
+        if isinstance(body, FoldedBag):
+            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
+        return found
+
+    return Simulated(
+        scene,
+        structure=shell,
+        fluid=partial(reused_fluid, plan) if plan.has_flow else None,
+        scheme=scheme(plan),
+        volume=prescribed_volume(initial, i.final_volume * initial, i.t1, i.t2),
+        initial=start,
+        sampler=sampler,
+        diagnostics=diagnostics,
+        skips=plan.skips(),
+        collision=certified(body, scene.contact) if plan.tested else None,
+        accuracy=Accuracy(plan.budget, body.gap, body.extent) if plan.has_flow else None,
+    )
+
+
+def structure(scene: InflationScene, body: Bag) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume."""
     c = scene.structure
     surface = body.membrane
@@ -49,7 +74,7 @@ def structure(scene: Scene, body: Bag) -> ShellStructure:
     # creases that have set do not
     unfolds = flat is not folded and c.reference != "creased"
     curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
-    lid = SurfaceBasis(body.patch, body.coefficients[body.n_membrane :])
+    lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
     shell = KirchhoffLove(basis, material, curvature=curvature, membrane=c.membrane)
@@ -73,90 +98,39 @@ def relaxed(shell: ShellStructure, start: State) -> State:
     return State(0.0, state.coefficients, at_rest, state.pressure)
 
 
-def scheme(scene: Scene) -> object:
+def fluid(plan: InflationPlan) -> Fluid:
+    """The Stokes model on membrane and inflow patch."""
+    from hbem.flows.enclosed_flow import EnclosedStokes
+    from hbem.solvers.saddle import DENSE_LIMIT
+    from hbem.surfaces.patches import union
+
+    body, f = plan.bag, plan.scene.fluid
+    patches = union(body.membrane, body.inlet)
+    return EnclosedStokes(
+        patches,
+        np.arange(patches.n_elements) >= body.membrane.n_elements,
+        body.profile,
+        mass_ratio=f.mass_ratio,
+        viscosity_ratio=f.viscosity_ratio,
+        orders=plan.orders,
+        dense_limit={"lu": 10**9, "gmres": 0}.get(f.solver, DENSE_LIMIT),
+        tolerance=f.krylov_tolerance or plan.budget.krylov,
+        max_iterations=f.krylov_iterations,
+        preconditioner=plan.budget.preconditioner,
+        compression=plan.compression,
+    )
+
+
+def reused_fluid(plan: InflationPlan) -> Fluid:
+    """The fluid of a run, which keeps operators as the scene allows."""
+    model, share = fluid(plan), plan.scene.coupling.frozen
+    if share == 0.0:
+        return model
+    return KeptOperators(model, reach(plan.scene.fluid.tolerance, plan.bag.gap, share))
+
+
+def scheme(plan: InflationPlan) -> Scheme:
     """The coupling scheme of a scene."""
-    if scene.fluid.model == "pressure":
+    if not plan.has_flow:
         return StructureOnly()
-    return named_scheme(scene.coupling, contraction(scene), scene.time.dt)
-
-
-def chosen(scene: Scene) -> object:
-    """The scene's scheme."""
-    return scheme(scene)
-
-
-def measured_contraction(scene: Scene, state: State | None = None) -> float:
-    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
-    body = initial_bag(scene)
-    c = body.coefficients if state is None else state.coefficients
-    state = State(0.0, c, np.zeros_like(c)) if state is None else state
-    inverse = structure(scene, body).linearised(state, scene.time.dt)
-    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
-
-
-def skipped(scene: Scene) -> list[str]:
-    """What this scene does not need and a run therefore leaves out."""
-    skips = []
-    if scene.fluid.model == "pressure":
-        skips.append("fluid: uniform pressure, no boundary integrals")
-    else:
-        skips += _fluid_skipped(scene)
-    if not _tested(scene):
-        skips.append(
-            f"test for self-intersection: contact.test = {scene.contact.test!r}, unfolded bag"
-        )
-    return skips
-
-
-def _fluid_skipped(scene: Scene) -> list[str]:
-    skips = []
-    if scene.fluid.viscosity_ratio == 1.0:
-        skips.append("double layer: equal viscosities need the single layer only")
-    body = initial_bag(scene)
-    if compression(scene, body, fluid_budget(scene, body)) is None:
-        unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
-        skips.append(f"compression: dense or direct serves {unknowns} unknowns best")
-    return skips
-
-
-def fields(scene: Scene) -> Sampler:
-    """Sampler of a scene's configurations."""
-    return Sampler(initial_bag(scene))
-
-
-def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
-    """Everything a run needs, from one scene."""
-    body = initial_bag(scene)
-    shell = structure(scene, body)
-    sampler = Sampler(body)
-    start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
-    if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
-        start = relaxed(shell, start)
-    t = scene.time
-    limit = iterations(scene.coupling)
-    volume: Callable[[float], float] = prescribed_volume(
-        scene.inflow, shell.volume(body.coefficients)
-    )
-
-    def diagnostics(state: State) -> Mapping[str, float]:
-        found = {"min_gap": sampler.gap(state.coefficients)}
-        if isinstance(body, FoldedBag):
-            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
-        return found
-
-    return Simulation(
-        structure=shell,
-        fluid=kept(scene, body),
-        scheme=scheme(scene),
-        volume=volume,
-        initial=start,
-        control=StepControl(
-            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
-        ),
-        tolerances=Tolerances(scene.coupling.tolerance, scene.coupling.absolute_tolerance, limit),
-        recorders=recorders,
-        diagnostics=diagnostics,
-        checkpoint_every=scene.output.checkpoint_every,
-        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
-        collision=_collision(scene, body),
-    )
+    return named_scheme(plan.scene.coupling, plan.contraction, plan.scene.time.dt)

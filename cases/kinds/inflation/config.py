@@ -6,33 +6,36 @@ Units as in `cases.sections`; the fluid enters by m = varpi/Re.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Coupling, Output, Physical, Time, rule
+from ...sections import Choice, Coupling, Output, Physical, Sections, Time, rule
 
-# Shapes a scene may name, and whether they have a patch the fluid flows in through.
-GEOMETRIES: Mapping[str, bool] = {"pancake": True, "pillow": True, "sphere": False}
 FOLDS = ("flat", "accordion", "roll", "double")
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Initial shape.
+class PancakeGeometry:
+    """A round bag with a neck: lengths in units of L, ``radius`` is half the sheets' distance."""
 
-    Pancake: lengths in units of L, ``radius`` is half the distance of the sheets. Pillow: a bag of
-    unit length, ``width`` across, folded ``folds`` times (``folds_across`` times more in the
-    other direction) or rolled ``turns`` times; ``panel``, ``gap`` (distance of the sheets) and
-    ``pitch`` of a roll in fold radii, the gap of a flat bag in units of L; ``crumple`` is the
-    amplitude of a random collision-free displacement after folding.
-    """
-
-    kind: str = rule("pancake", choices=tuple(GEOMETRIES))
+    kind: str = rule("pancake", choices=("pancake",))
     radius: float = rule(1.0, above=0.0)
     half_width: float = rule(10.0, above=0.0)
     neck_radius: float = rule(1.0, above=0.0)
     fillet: float = rule(1.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class PillowGeometry:
+    """A bag of unit length, ``width`` across, flat, folded or rolled.
+
+    It is folded ``folds`` times (``folds_across`` times more in the other direction) or rolled
+    ``turns`` times; ``panel``, ``gap`` (distance of the sheets) and ``pitch`` of a roll in fold
+    radii, the gap of a flat bag in units of L; ``crumple`` is the amplitude of a random
+    collision-free displacement after folding.
+    """
+
+    kind: str = rule("pillow", choices=("pillow",))
     plan: str = rule("rectangle", choices=("rectangle", "round"))
     width: float = rule(1.0, above=0.0)
     fold: str = rule("flat", choices=FOLDS)
@@ -46,13 +49,11 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class Mesh:
+class PancakeMesh:
     """Spline degree, elements in a ring, rows on rim, fillet and inflow disc, element sizes.
 
     ``flat_max`` is the largest element on the sheets, ``pole`` the size of the one at the pole;
-    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there). A pillow
-    has ``around`` elements around, ``across`` between its zipped ends (0: half as many), all of
-    degree 2, and ``inlet`` elements along a side of its inflow patch.
+    ``joints = "double"`` doubles knots where lines meet arcs (curvature may jump there).
     """
 
     degree: int = rule(3, choices=(2, 3))
@@ -63,12 +64,24 @@ class Mesh:
     pole: float = rule(2.0, above=0.0)
     disc: int = rule(2, least=1)
     joints: str = rule("smooth", choices=("smooth", "double"))
+
+
+@dataclass(frozen=True)
+class PillowMesh:
+    """``around`` elements around, ``across`` between the zipped ends (0: half as many).
+
+    All of degree 2, as the corner conditions are those of biquadratic splines; ``inlet`` elements
+    along a side of the inflow patch.
+    """
+
+    degree: int = rule(2, choices=(2,))
+    around: int = rule(24, least=12)
     across: int = rule(0, least=0)
     inlet: int = rule(2, least=2)
 
 
 @dataclass(frozen=True)
-class Structure:
+class BagStructure:
     """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
 
     ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
@@ -89,7 +102,7 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Fluid:
+class BagFluid:
     """Stokes flow inside and outside, or a uniform pressure without any flow.
 
     ``mass_ratio`` is m = varpi/Re, ``tolerance`` the relative traction error, ``outer_points``
@@ -113,7 +126,7 @@ class Fluid:
 
 
 @dataclass(frozen=True)
-class Inflow:
+class BagInflow:
     """Influx rises over t1, is constant until t2 and ends at t1 + t2; volume as multiple of V0."""
 
     final_volume: float = rule(3.0, above=0.0)
@@ -122,7 +135,7 @@ class Inflow:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactTest:
     """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
 
     ``test`` "auto" skips it where nothing is near: a bag that starts unfolded.
@@ -135,21 +148,21 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Scene:
-    """Everything a run is made of; see `cases.loader` for the way from and to TOML."""
+class InflationScene:
+    """Everything an inflation is made of; see `cases.loader` for the way from TOML."""
 
     kind: ClassVar[str] = "inflation"
 
     name: str
     description: str = ""
-    geometry: Geometry = Geometry()
-    mesh: Mesh = Mesh()
-    structure: Structure = Structure()
-    fluid: Fluid = Fluid()
-    inflow: Inflow = Inflow()
+    geometry: PancakeGeometry | PillowGeometry = PancakeGeometry()
+    mesh: PancakeMesh | PillowMesh = PancakeMesh()
+    structure: BagStructure = BagStructure()
+    fluid: BagFluid = BagFluid()
+    inflow: BagInflow = BagInflow()
     time: Time = field(default_factory=Time)
     coupling: Coupling = field(default_factory=Coupling)
-    contact: Contact = Contact()
+    contact: ContactTest = ContactTest()
     output: Output = field(default_factory=Output)
     physical: Physical | None = None
 
@@ -164,40 +177,24 @@ class Scene:
         }
 
 
-SECTIONS: Mapping[str, type] = {
-    "geometry": Geometry,
-    "mesh": Mesh,
-    "structure": Structure,
-    "fluid": Fluid,
-    "inflow": Inflow,
+SECTIONS: Sections = {
+    "geometry": Choice("geometry.kind", {"pancake": PancakeGeometry, "pillow": PillowGeometry}),
+    "mesh": Choice("geometry.kind", {"pancake": PancakeMesh, "pillow": PillowMesh}),
+    "structure": BagStructure,
+    "fluid": BagFluid,
+    "inflow": BagInflow,
     "time": Time,
     "coupling": Coupling,
-    "contact": Contact,
+    "contact": ContactTest,
     "output": Output,
     "physical": Physical,
 }
 
 
-def impossible(scene: Scene) -> list[str]:
+def impossible(scene: InflationScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
     g, m, t = scene.geometry, scene.mesh, scene.time
-    lower = g.half_width - g.radius - g.neck_radius - g.fillet
-    has_patch = GEOMETRIES[g.kind]
     cases = [
-        (
-            not has_patch,
-            f"geometry.kind: {g.kind!r} has no inflow patch, the inflow would lie on no element; "
-            f"use one of {', '.join(repr(k) for k, open_ in GEOMETRIES.items() if open_)}",
-        ),
-        (
-            g.kind == "pancake" and lower <= 0.0,
-            f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
-            f"radius + neck_radius + fillet = {g.radius + g.neck_radius + g.fillet:g}",
-        ),
-        (
-            g.kind == "pancake" and m.joints == "double" and m.degree == 2,
-            "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
-        ),
         (
             tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
             f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
@@ -223,16 +220,34 @@ def impossible(scene: Scene) -> list[str]:
             f"time.dt_floor: {t.dt_floor:g} must be below time.dt = {t.dt:g}",
         ),
     ]
-    folds = _impossible_folds(g, m) if g.kind == "pillow" else []
-    return [message for wrong, message in cases if wrong] + folds
+    if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
+        cases = [*_impossible_pancake(g, m), *cases]
+    if isinstance(g, PillowGeometry) and isinstance(m, PillowMesh):
+        cases = [*cases, *_impossible_folds(g, m)]
+    return [message for wrong, message in cases if wrong]
 
 
-def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
+def _impossible_pancake(g: PancakeGeometry, m: PancakeMesh) -> list[tuple[bool, str]]:
+    needed = g.radius + g.neck_radius + g.fillet
+    return [
+        (
+            g.half_width <= needed,
+            f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
+            f"radius + neck_radius + fillet = {needed:g}",
+        ),
+        (
+            m.joints == "double" and m.degree == 2,
+            "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
+        ),
+    ]
+
+
+def _impossible_folds(g: PillowGeometry, m: PillowMesh) -> list[tuple[bool, str]]:
     """Foldings that cannot be: sheets inside out, panels too short, a basis too small."""
     folded, zigzag = g.fold != "flat", g.fold in ("accordion", "double")
     closest = g.pitch if g.fold == "roll" else 2.0
     across = m.across or m.around // 2
-    cases = [
+    return [
         (
             folded and g.gap >= closest,
             f"geometry.gap: {g.gap:g} fold radii: neighbouring panels would touch or sheets turn "
@@ -253,12 +268,7 @@ def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
             "is; fold less, or raise geometry.panel",
         ),
         (
-            m.degree != 2,
-            f"mesh.degree: {m.degree} is not possible on a pillow, whose corner conditions are "
-            "those of biquadratic splines; use mesh.degree = 2",
-        ),
-        (
-            m.around % 2 == 1 or m.around < 12 or across < 6,
+            m.around % 2 == 1 or across < 6,
             f"mesh.around: a pillow needs an even number of at least 12 elements around and 6 "
             f"across, not {m.around} x {across}",
         ),
@@ -268,10 +278,9 @@ def _impossible_folds(g: Geometry, m: Mesh) -> list[str]:
             f"{across // 3}",
         ),
     ]
-    return [message for wrong, message in cases if wrong]
 
 
-def _pack_fits(g: Geometry) -> bool:
+def _pack_fits(g: PillowGeometry) -> bool:
     """Whether the second folds of a pack leave straight panels between them."""
     from ...geometry.folding import pack_radius
 

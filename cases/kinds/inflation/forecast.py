@@ -15,11 +15,10 @@ from ...geometry.bag import Bag
 from ...geometry.folded import FoldedBag
 from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
+from .. import locking
 from ..schemes import LIMITS
-from . import locking
-from .config import Scene
-from .initial_bag import initial_bag
-from .plan import compression, contraction, fluid_budget, quadrature
+from .config import InflationScene, PillowGeometry
+from .plan import InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
@@ -30,31 +29,31 @@ REFERENCES = {
 }
 
 
-def forecast(scene: Scene) -> Forecast:
+def forecast(scene: InflationScene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
-    body = initial_bag(scene)
-    items = _sizes(scene, body)
-    locked = locking.warning(scene, body)
+    plan = InflationPlan(scene)
+    items = _sizes(plan)
+    locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
-    if isinstance(body, FoldedBag):
-        more, cautions = _folds(scene, body)
+    if isinstance(plan.bag, FoldedBag):
+        more, cautions = _folds(scene, plan.bag)
         items += more
         warnings += cautions
-    if scene.fluid.model == "pressure":
+    if not plan.has_flow:
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:
-        more, cautions = _fluid(scene, body)
+        more, cautions = _fluid(plan)
         items += more
         warnings += cautions
     return Forecast(tuple(items), tuple(warnings))
 
 
-def _patch_area(body: Bag) -> float:
-    """Area of the inflow patch, by three points an element and direction."""
+def _inlet_area(body: Bag) -> float:
+    """Area of the inlet, by three points an element and direction."""
     x, w = np.polynomial.legendre.leggauss(3)
     xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
-    s, t = (body.patch.sample(xi, eta, k) @ body.coefficients[body.n_membrane :] for k in (0, 1))
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), body.patch.n_elements)
+    s, t = (body.inlet.sample(xi, eta, k) @ body.coefficients[body.n_membrane :] for k in (0, 1))
+    weights = np.tile(0.25 * np.outer(w, w).ravel(), body.inlet.n_elements)
     return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
 
 
@@ -64,7 +63,7 @@ def volume(body: Bag) -> float:
     x, w = 0.5 * (x + 1.0), 0.5 * w
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
     total, start = 0.0, 0
-    for part in (body.membrane, body.patch):
+    for part in body.parts:
         c = body.coefficients[start : start + part.n_coefficients]
         start += part.n_coefficients
         point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
@@ -73,15 +72,38 @@ def volume(body: Bag) -> float:
     return total
 
 
-def _sizes(scene: Scene, body: Bag) -> list[Item]:
+def _locked(scene: InflationScene, body: Bag) -> str | None:
+    """The loss and its remedy, if a scene sits in the locked regime."""
+    c, degree = scene.structure, scene.mesh.degree
+    x, size = locking.locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
+    lost = locking.loss(x, degree, c.membrane)
+    if lost < locking.LIMIT:
+        return None
+    pillow = isinstance(scene.geometry, PillowGeometry)
+    others = [
+        f"{locking.loss(x, d, m):.1%} with mesh.degree = {d}, structure.membrane = {m!r}"
+        for d, m in ((3, "gauss"), (3, "patch"))
+        if not pillow and (d, m) != (degree, c.membrane) and locking.loss(x, d, m) < lost
+    ]
+    points, values = locking.MEASURED[degree, c.membrane]
+    fine = np.exp(np.interp(locking.LIMIT, values, np.log(points)))
+    keys = "mesh.around" if pillow else "mesh.rim, mesh.flat_max"
+    remedy = f"elements of {size * np.sqrt(fine / x):.2g} there ({keys})"
+    return (
+        f"membrane locking: elements of {size:.2g} where size^2/(radius thickness) = {x:.2g} lose "
+        f"about {lost:.0%} of the bending response; use {' or '.join([*others, remedy])}"
+    )
+
+
+def _sizes(plan: InflationPlan) -> list[Item]:
+    scene, body = plan.scene, plan.bag
     start = volume(body)
-    elements = body.membrane.n_elements + body.patch.n_elements
     error = f"largest distance {body.fit_error:.2g}"
     volume_error = abs(start / body.exact_volume - 1.0)
     # a crumpled bag has no exact shape to compare with
     compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
     return [
-        Item("elements", elements, "", f"{body.patch.n_elements} of them inflow patch"),
+        Item("elements", plan.elements, "", f"{body.inlet.n_elements} of them inlet"),
         Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
         Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
         Item("final volume", scene.inflow.final_volume * start),
@@ -92,15 +114,15 @@ def _sizes(scene: Scene, body: Bag) -> list[Item]:
     ]
 
 
-def _folds(scene: Scene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str]]:
     """How a bag is folded, measured on its fit, against the rules of folding."""
     found, fold = inspect(body), body.folding
     low, p1, p99, high = found.stretches
     crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
-        Item("patch faces", faced, "", "distance outward to the nearest sheet"),
-        Item("self-intersections", crossing, "", "of the folded bag; checked by extra 'contact'"),
+        Item("inlet faces", faced, "", "distance outward to the nearest sheet"),
+        Item("self-intersections", crossing, "", "of the folded bag; of the sampled surface"),
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()
@@ -120,25 +142,25 @@ def _folds(scene: Scene, body: FoldedBag) -> tuple[list[Item], list[str]]:
     return items, found.warnings()
 
 
-def _fluid(scene: Scene, body: Bag) -> tuple[list[Item], list[str]]:
-    f = scene.fluid
-    elements = body.membrane.n_elements + body.patch.n_elements
-    unknowns = 3 * (body.membrane.n_dofs + body.patch.n_dofs)
-    memory = 8.0 * unknowns**2 / GIGABYTE
-    rho = contraction(scene, body)
-    asked = fluid_budget(scene, body)
+def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
+    scene, body, unknowns, rho, asked = (
+        plan.scene, plan.bag, plan.unknowns, plan.contraction, plan.budget,
+    )  # fmt: skip
+    f, memory = scene.fluid, 8.0 * unknowns**2 / GIGABYTE
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
-    speed = scene.inflow.final_volume * volume(body) / (_patch_area(body) * scene.inflow.t2)
+    speed = scene.inflow.final_volume * volume(body) / (_inlet_area(body) * scene.inflow.t2)
     items = [
         Item("fluid unknowns", unknowns, "", "traction coefficients"),
-        Item("near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * elements, "", "estimated"),
-        _operator(compression(scene, body, asked), f.solver, unknowns),
+        Item(
+            "near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * plan.elements, "", "estimated"
+        ),
+        _operator(plan.compression, f.solver, unknowns),
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
-        *_accuracy(asked, quadrature(scene, asked), f.krylov_tolerance),
+        *_accuracy(asked, plan.orders, f.krylov_tolerance),
         Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
     ]
     warnings = list(asked.warnings)

@@ -1,21 +1,19 @@
-"""The bag that a scene starts from."""
+"""The bag that a scene starts from: a pancake, or a pillow that is flat, folded or rolled."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ...geometry.bag import Bag
-    from .config import Geometry, Mesh, Scene
+from ...geometry.bag import Bag
+from ...geometry.pancake import Pancake, pancake
+from .config import InflationScene, PancakeMesh, PillowGeometry, PillowMesh
 
 
-def initial_bag(scene: Scene) -> Bag:
+def initial_bag(scene: InflationScene) -> Bag:
     """The fitted bag of a scene."""
-    from .pancake import Pancake, pancake
-
     g, m = scene.geometry, scene.mesh
-    if g.kind == "pillow":
+    if isinstance(g, PillowGeometry):
+        assert isinstance(m, PillowMesh)  # both are chosen by geometry.kind
         return _pillow(g, m, scene.output.seed)
+    assert isinstance(m, PancakeMesh)
     return pancake(
         Pancake(g.radius, g.half_width, g.neck_radius, g.fillet),
         degree=m.degree,
@@ -29,12 +27,11 @@ def initial_bag(scene: Scene) -> Bag:
     )
 
 
-def _pillow(g: Geometry, m: Mesh, seed: int) -> Bag:
-    """A flat or folded pillow bag."""
+def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
     from shells.surfaces.pillow import Pillow
 
-    from .folded import folded_bag
-    from .folding import accordion_folding, double_folding, flat, roll_folding
+    from ...geometry.folded import folded_bag
+    from ...geometry.folding import accordion_folding, double_folding, flat, roll_folding
 
     foldings = {
         "flat": lambda: flat(g.gap),
@@ -47,7 +44,7 @@ def _pillow(g: Geometry, m: Mesh, seed: int) -> Bag:
         foldings[g.fold](),
         plan=g.plan,
         width=g.width,
-        inlet=m.inlet,
+        inlet_elements=m.inlet,
         crumpled=g.crumple,
         seed=seed,
     )

@@ -16,6 +16,7 @@ from ...output.clip import clipped, section
 from ...output.figures import LIGHT, NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
+from ...sections import TimedScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,7 @@ ELEVATION = 18.0  # degrees the eye stands above the horizon
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class BagShot:
     """One frame: time, points ``(n, 3)``, quads ``(m, 4)``, scalar ``(n,)`` to colour by."""
 
     t: float
@@ -37,7 +38,7 @@ class Snapshot:
     values: np.ndarray
 
 
-def overview(folder: Path) -> Path:
+def overview(folder: Path, scene: TimedScene) -> Path:
     """Draw overview.png of a run folder.
 
     Raises
@@ -69,13 +70,13 @@ def overview(folder: Path) -> Path:
     return path
 
 
-def _extent(shots: list[Snapshot]) -> tuple[np.ndarray, np.ndarray]:
+def _extent(shots: list[BagShot]) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the box that holds all snapshots."""
     low = np.min([shot.points.min(axis=0) for shot in shots], axis=0)
     return low, np.max([shot.points.max(axis=0) for shot in shots], axis=0)
 
 
-def _area_quantile(shots: list[Snapshot]) -> float:
+def _area_quantile(shots: list[BagShot]) -> float:
     """Value that all but 2% of the area stays below; small elements must not set the scale."""
     values, areas = [], []
     for shot in shots:
@@ -109,7 +110,7 @@ def _chosen(
     return [frames[i] for i in sorted(index)]
 
 
-def _read(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[Snapshot], str]:
+def _read(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagShot], str]:
     """Snapshots and the name of what colours them: traction, or velocity without a fluid."""
     import meshio
 
@@ -119,14 +120,14 @@ def _read(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[Snapshot]
     for (t, _), mesh in zip(frames, meshes, strict=True):
         vectors = mesh.point_data.get(quantity, np.zeros_like(mesh.points))
         values = np.linalg.norm(vectors, axis=1)
-        shots.append(Snapshot(t, mesh.points, mesh.cells_dict["quad"], values))
+        shots.append(BagShot(t, mesh.points, mesh.cells_dict["quad"], values))
     return shots, quantity
 
 
 def _draw_shots(
     figure: Figure,
     grid: object,
-    shots: list[Snapshot],
+    shots: list[BagShot],
     history: dict[str, np.ndarray],
     quantity: str,
 ) -> None:
@@ -148,7 +149,7 @@ def _draw_shots(
 
 
 def _draw_shot(
-    axes: Axes, shot: Snapshot, colours: object, low: np.ndarray, high: np.ndarray
+    axes: Axes, shot: BagShot, colours: object, low: np.ndarray, high: np.ndarray
 ) -> None:
     """The half y >= 0 of the surface, seen from slightly above, and its cut."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
@@ -190,7 +191,7 @@ def _title(t: float, history: dict[str, np.ndarray]) -> str:
     return f"t = {t:g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
 
 
-def _draw_meridians(axes: Axes, shots: list[Snapshot]) -> None:
+def _draw_meridians(axes: Axes, shots: list[BagShot]) -> None:
     from matplotlib import colormaps
     from matplotlib.collections import LineCollection
 
@@ -205,7 +206,7 @@ def _draw_meridians(axes: Axes, shots: list[Snapshot]) -> None:
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
 
 
-def _draw_pressure(axes: Axes, history: dict[str, np.ndarray], shots: list[Snapshot]) -> None:
+def _draw_pressure(axes: Axes, history: dict[str, np.ndarray], shots: list[BagShot]) -> None:
     if "deformation" in history:
         return _draw_deformation(axes, history)
     t, pressure = history["t"], history["pressure"]

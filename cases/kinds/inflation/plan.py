@@ -1,8 +1,14 @@
-"""What a scene comes to, worked out once."""
+"""What an inflation comes to, worked out once: `check`, `run`, records and pictures read it.
+
+The bag, the budget of the boundary integrals in its narrowest gap, their orders and compression,
+and the contraction of subiterations, which chooses the scheme. Needs the geometry only: neither
+scikit-fem nor numba is loaded.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,62 +19,106 @@ from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag
 from ...machine import memory_bytes
-from .config import Scene
+from .config import InflationScene, PillowGeometry
 from .initial_bag import initial_bag
 
 MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
 
 
-def contraction(scene: Scene, body: Bag | None = None) -> float:
-    """Contraction rho of plain subiterations at the scene's time step, before any work."""
-    body = initial_bag(scene) if body is None else body
-    return contraction_forecast(
-        scene.fluid.mass_ratio,
-        scene.time.dt,
-        element_size=_element_size(body),
-        gap=body.gap,
-        extent=body.extent,
-    )
+@dataclass(frozen=True)
+class InflationPlan:
+    """What a scene comes to; each part is worked out when it is first asked for."""
 
+    scene: InflationScene
 
-def fluid_budget(scene: Scene, body: Bag | None = None) -> Budget:
-    """Tolerances of the boundary integrals from the scene's traction error and narrowest gap."""
-    body = initial_bag(scene) if body is None else body
-    return budget(scene.fluid.tolerance, body.gap, body.extent)
+    @cached_property
+    def bag(self) -> Bag:
+        """The fitted bag at the start."""
+        return initial_bag(self.scene)
 
+    @cached_property
+    def unknowns(self) -> int:
+        """Traction components on membrane and inflow patch."""
+        return 3 * sum(part.n_dofs for part in self.bag.parts)
 
-def quadrature(scene: Scene, asked: Budget) -> QuadratureOrders:
-    """Orders of the budget, or those that the scene insists on."""
-    f = scene.fluid
-    radial, angular = f.polar if any(f.polar) else (asked.orders.radial, asked.orders.angular)
-    far = max(3, f.outer_points, asked.orders.far)
-    return replace(
-        asked.orders,
-        # cross approximation needs one set of points
-        outer=far if f.compression == "aca" else f.outer_points,
-        far=far,
-        radial=radial,
-        angular=angular,
-        near_ball=f.near_ball,
-    )
+    @cached_property
+    def elements(self) -> int:
+        """Elements of membrane and inflow patch."""
+        return sum(part.n_elements for part in self.bag.parts)
 
+    @cached_property
+    def budget(self) -> Budget:
+        """Tolerances of the boundary integrals from the traction error and the narrowest gap."""
+        return budget(self.scene.fluid.tolerance, self.bag.gap, self.bag.extent)
 
-def compression(scene: Scene, body: Bag, asked: Budget) -> Compression | None:
-    """How the single layer is compressed; None where it is stored or summed directly."""
-    orders = quadrature(scene, asked)
-    elements = body.membrane.n_elements + body.patch.n_elements
-    method = scene.fluid.compression
-    if method == "auto" and scene.fluid.solver == "lu":
-        method = "dense"
-    return choose(
-        method,
-        asked.compression,
-        n_dofs=body.membrane.n_dofs + body.patch.n_dofs,
-        n_outer=elements * orders.outer**2,
-        n_source=elements * orders.source**2,
-        memory=MEMORY_SHARE * memory_bytes() or None,
-        seed=scene.output.seed,
-    )
+    @cached_property
+    def orders(self) -> QuadratureOrders:
+        """Orders of the budget, or those that the scene insists on."""
+        f, orders = self.scene.fluid, self.budget.orders
+        radial, angular = f.polar if any(f.polar) else (orders.radial, orders.angular)
+        far = max(3, f.outer_points, orders.far)
+        return replace(
+            orders,
+            # cross approximation needs one set of points
+            outer=far if f.compression == "aca" else f.outer_points,
+            far=far,
+            radial=radial,
+            angular=angular,
+            near_ball=f.near_ball,
+        )
+
+    @cached_property
+    def compression(self) -> Compression | None:
+        """How the single layer is compressed; None where it is stored or summed directly."""
+        f = self.scene.fluid
+        return choose(
+            "dense" if f.compression == "auto" and f.solver == "lu" else f.compression,
+            self.budget.compression,
+            n_dofs=self.unknowns // 3,
+            n_outer=self.elements * self.orders.outer**2,
+            n_source=self.elements * self.orders.source**2,
+            memory=MEMORY_SHARE * memory_bytes() or None,
+            seed=self.scene.output.seed,
+        )
+
+    @cached_property
+    def contraction(self) -> float:
+        """Contraction rho of plain subiterations at the scene's time step, before any work."""
+        return contraction_forecast(
+            self.scene.fluid.mass_ratio,
+            self.scene.time.dt,
+            element_size=_element_size(self.bag),
+            gap=self.bag.gap,
+            extent=self.bag.extent,
+        )
+
+    @property
+    def has_flow(self) -> bool:
+        """Whether there are boundary integrals at all."""
+        return self.scene.fluid.model != "pressure"
+
+    @property
+    def tested(self) -> bool:
+        """Whether configurations are tested for self-intersection."""
+        g, test = self.scene.geometry, self.scene.contact.test
+        folded = isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
+        return test == "on" or (test == "auto" and folded)
+
+    def skips(self) -> tuple[str, ...]:
+        """What this scene does not need and a run therefore leaves out."""
+        skips = []
+        if not self.has_flow:
+            skips.append("fluid: uniform pressure, no boundary integrals")
+        else:
+            if self.scene.fluid.viscosity_ratio == 1.0:
+                skips.append("double layer: equal viscosities need the single layer only")
+            if self.compression is None:
+                best = f"dense or direct serves {self.unknowns} unknowns best"
+                skips.append(f"compression: {best}")
+        if not self.tested:
+            test = self.scene.contact.test
+            skips.append(f"test for self-intersection: contact.test = {test!r}, unfolded bag")
+        return tuple(skips)
 
 
 def _element_size(body: Bag) -> float:

@@ -18,11 +18,11 @@ from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
 
-from .config import NEWTON, Geometry, Mesh, Scene
+from .config import NEWTON, AnnulusGeometry, EndMoment, LoadPathScene, ShellMesh, StripGeometry
 
 
 @dataclass(frozen=True)
-class Problem:
+class LoadPathProblem:
     """What a scene stands for.
 
     Attributes
@@ -54,7 +54,7 @@ class Problem:
         return load_path(self.structure, start, self.load, fractions, **options)
 
 
-def problem(scene: Scene) -> Problem:
+def problem(scene: LoadPathScene) -> LoadPathProblem:
     """Structure, load and followed points of a scene."""
     c = scene.structure
     surface, flat, source = SHAPES[scene.geometry.kind](scene.geometry, scene.mesh)
@@ -68,14 +68,16 @@ def problem(scene: Scene) -> Problem:
     E = supported(surface, clamp(surface, "s", 0, (2,)))
     structure = ShellStructure(shell, E, tolerance=NEWTON)
     start = np.zeros_like(flat) if exact else flat
-    return Problem(structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact))
+    return LoadPathProblem(
+        structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact)
+    )
 
 
 def _load(
-    scene: Scene, surface: SplineSurface, flat: np.ndarray
+    scene: LoadPathScene, surface: SplineSurface, flat: np.ndarray
 ) -> Callable[[float], np.ndarray | Follower]:
     load = scene.load
-    if load.kind == "moment":
+    if isinstance(load, EndMoment):
         return lambda f: end_moment(surface, "s", 1, load.moment * f, flat)
     force = line_load(surface, "s", 1, np.array(load.force), flat)
     return lambda f: f * force
@@ -91,14 +93,14 @@ def _tracked(surface: SplineSurface, flat: np.ndarray, corners: bool) -> dict[st
     return {"tip": weights / weights.sum()}
 
 
-def _strip(g: Geometry, m: Mesh) -> tuple[SplineSurface, np.ndarray, np.ndarray]:
+def _strip(g: StripGeometry, m: ShellMesh) -> tuple[SplineSurface, np.ndarray, np.ndarray]:
     s = SplineSpace(np.linspace(0.0, g.length, m.along + 1), m.degree)
     t = SplineSpace(np.linspace(0.0, g.width, m.across + 1), m.degree)
     flat = _stack(np.repeat(s.greville, t.n), np.tile(t.greville, s.n), 0.0)
     return SplineSurface(s, t), flat, flat
 
 
-def _annulus(g: Geometry, m: Mesh) -> tuple[SplineSurface, np.ndarray, Callable]:
+def _annulus(g: AnnulusGeometry, m: ShellMesh) -> tuple[SplineSurface, np.ndarray, Callable]:
     """Surface, its flat coefficients (for lengths on the straight lip) and its exact jets."""
     s = SplineSpace(np.linspace(0.0, 2.0 * np.pi, m.along + 1), m.degree)
     t = SplineSpace(np.linspace(g.inner, g.outer, m.across + 1), m.degree)

@@ -5,30 +5,53 @@ The only kind with dimensional numbers, in any consistent units: those of the pu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...sections import rule
+from ...sections import Choice, Sections, StepOutput, rule
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Flat shell, clamped at the start of its longer direction, loaded at the other end.
+class StripGeometry:
+    """A flat strip, clamped at the start of its length, loaded at the other end."""
 
-    ``strip``: ``length`` times ``width``. ``annulus``: between the radii ``inner`` and ``outer``,
-    slit along the x axis; one lip of the slit is clamped, the other one loaded.
-    """
-
-    kind: str = rule("strip", choices=("strip", "annulus"))
+    kind: str = rule("strip", choices=("strip",))
     length: float = rule(10.0, above=0.0)
     width: float = rule(1.0, above=0.0)
+
+    @property
+    def path(self) -> float:
+        """Length from the clamped to the loaded end."""
+        return self.length
+
+    @property
+    def across(self) -> float:
+        """Length of the loaded end."""
+        return self.width
+
+
+@dataclass(frozen=True)
+class AnnulusGeometry:
+    """A flat annulus slit along the x axis; one lip of the slit is clamped, the other loaded."""
+
+    kind: str = rule("annulus", choices=("annulus",))
     inner: float = rule(6.0, above=0.0)
     outer: float = rule(10.0, above=0.0)
 
+    @property
+    def path(self) -> float:
+        """Length from the clamped to the loaded lip, halfway between the radii."""
+        return math.pi * (self.inner + self.outer)
+
+    @property
+    def across(self) -> float:
+        """Length of the loaded lip."""
+        return self.outer - self.inner
+
 
 @dataclass(frozen=True)
-class Mesh:
+class ShellMesh:
     """Spline degree, elements from the clamped to the loaded end and across."""
 
     degree: int = rule(3, choices=(2, 3, 4))
@@ -37,7 +60,7 @@ class Mesh:
 
 
 @dataclass(frozen=True)
-class Structure:
+class ShellSection:
     """Isotropic St. Venant-Kirchhoff material in plane stress.
 
     ``membrane = "patch"`` takes the reduced points of the membrane energy that do not lock.
@@ -50,30 +73,35 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Load:
-    """What acts on the loaded end, per unit of its length; it grows in ``steps`` equal steps.
+class EndForce:
+    """A force per unit of the loaded end that keeps its direction; it grows in equal steps.
 
-    ``force`` keeps its direction, ``moment`` turns with the end, positive towards +z. A step whose
-    equilibrium is not found is halved, again and again down to a millionth of the path.
+    A step whose equilibrium is not found is halved, down to a millionth of the path.
     """
 
-    kind: str = rule("force", choices=("force", "moment"))
+    kind: str = rule("force", choices=("force",))
     force: tuple[float, float, float] = rule((0.0, 0.0, 4.0))
+    steps: int = rule(20, least=1, most=10000)
+
+
+@dataclass(frozen=True)
+class EndMoment:
+    """A moment per unit of the loaded end that turns with it, positive towards +z."""
+
+    kind: str = rule("moment", choices=("moment",))
     moment: float = rule(0.0)
     steps: int = rule(20, least=1, most=10000)
 
 
 @dataclass(frozen=True)
-class Output:
-    """Steps between field files (0: none), their cells per element and direction, the picture."""
+class LoadPathOutput(StepOutput):
+    """As `StepOutput`, with the cells of a field file per element and direction."""
 
-    fields_every: int = rule(1, least=0)
     tessellate: int = rule(3, least=1, most=10)
-    picture: bool = rule(True)
 
 
 @dataclass(frozen=True)
-class Scene:
+class LoadPathScene:
     """Everything a load path is made of."""
 
     kind: ClassVar[str] = "shell"
@@ -81,11 +109,11 @@ class Scene:
 
     name: str
     description: str = ""
-    geometry: Geometry = Geometry()
-    mesh: Mesh = Mesh()
-    structure: Structure = Structure()
-    load: Load = Load()
-    output: Output = Output()
+    geometry: StripGeometry | AnnulusGeometry = StripGeometry()
+    mesh: ShellMesh = ShellMesh()
+    structure: ShellSection = ShellSection()
+    load: EndForce | EndMoment = EndForce()
+    output: LoadPathOutput = LoadPathOutput()
 
     @property
     def tolerances(self) -> dict[str, float]:
@@ -94,43 +122,37 @@ class Scene:
 
 
 NEWTON = 1e-9  # largest Newton update over the extent of the shell
-SECTIONS: Mapping[str, type] = {
-    "geometry": Geometry,
-    "mesh": Mesh,
-    "structure": Structure,
-    "load": Load,
-    "output": Output,
+SECTIONS: Sections = {
+    "geometry": Choice("geometry.kind", {"strip": StripGeometry, "annulus": AnnulusGeometry}),
+    "mesh": ShellMesh,
+    "structure": ShellSection,
+    "load": Choice("load.kind", {"force": EndForce, "moment": EndMoment}),
+    "output": LoadPathOutput,
 }
 
 
-def extent(scene: Scene) -> float:
-    """Length from the clamped to the loaded end."""
-    g = scene.geometry
-    return g.length if g.kind == "strip" else 3.141592653589793 * (g.inner + g.outer)
-
-
-def impossible(scene: Scene) -> list[str]:
+def impossible(scene: LoadPathScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
     g, h, f = scene.geometry, scene.structure.thickness, scene.load
-    across = g.width if g.kind == "strip" else g.outer - g.inner
-    named = "geometry.width" if g.kind == "strip" else "geometry.outer - geometry.inner"
+    named = "geometry.width" if isinstance(g, StripGeometry) else "geometry.outer - geometry.inner"
     cases = [
         (
-            g.kind == "annulus" and g.outer <= g.inner,
-            f"geometry.outer: {g.outer:g} must exceed geometry.inner = {g.inner:g}",
+            isinstance(g, AnnulusGeometry) and g.across <= 0.0,
+            f"geometry.outer: {getattr(g, 'outer', 0.0):g} must exceed geometry.inner = "
+            f"{getattr(g, 'inner', 0.0):g}",
         ),
         (
-            across > 0.0 and h > min(across, extent(scene)),
+            g.across > 0.0 and h > min(g.across, g.path),
             f"structure.thickness: {h:g} makes this no shell; it must be below {named} = "
-            f"{across:g} and the length {extent(scene):.4g}",
+            f"{g.across:g} and the length {g.path:.4g}",
         ),
         (
-            f.kind == "force" and not any(f.force),
+            isinstance(f, EndForce) and not any(f.force),
             "load.force: is zero and moves nothing; give a force per length, for example "
             "[0.0, 0.0, 1.0]",
         ),
         (
-            f.kind == "moment" and f.moment == 0.0,
+            isinstance(f, EndMoment) and f.moment == 0.0,
             "load.moment: is zero and moves nothing; give a moment per length",
         ),
     ]

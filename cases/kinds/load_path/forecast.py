@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ...output.forecast import GIGABYTE, Forecast, Item
-from ..inflation import locking
-from .config import Scene, extent
+from .. import locking
+from .config import EndForce, EndMoment, LoadPathScene
 from .published import reference
 
 # Measured on one core: seconds of an element's energy, gradient and tangent, by degree.
@@ -12,17 +12,16 @@ ELEMENT = {2: 1.4e-5, 3: 6e-5, 4: 2.2e-4}
 NEWTON = 8  # iterations a step: 6.5, 9 and 7.6 on the shipped scenes, failed increments included
 
 
-def unknowns(scene: Scene) -> int:
+def unknowns(scene: LoadPathScene) -> int:
     """Displacement components before supports."""
     m = scene.mesh
     return 3 * (m.along + m.degree) * (m.across + m.degree)
 
 
-def forecast(scene: Scene) -> Forecast:
+def forecast(scene: LoadPathScene) -> Forecast:
     """Sizes, cost and warnings of a scene; loads no finite elements."""
     g, m, c, load = scene.geometry, scene.mesh, scene.structure, scene.load
-    length = extent(scene)
-    across = g.width if g.kind == "strip" else g.outer - g.inner
+    length, across = g.path, g.across
     elements, iterations = m.along * m.across, NEWTON * load.steps
     known = reference(scene)
     band = 3 * (m.degree + 1) * (m.across + m.degree)
@@ -40,7 +39,7 @@ def forecast(scene: Scene) -> Forecast:
     return Forecast(tuple(items), tuple(_warnings(scene)))
 
 
-def _where(scene: Scene) -> str:
+def _where(scene: LoadPathScene) -> str:
     known = reference(scene)
     if known is None:
         return "history.csv holds no deviation"
@@ -49,11 +48,11 @@ def _where(scene: Scene) -> str:
     return f"at {count} of {n} steps"
 
 
-def _warnings(scene: Scene) -> list[str]:
+def _warnings(scene: LoadPathScene) -> list[str]:
     m, c = scene.mesh, scene.structure
-    size, radius = extent(scene) / m.along, bending_radius(scene)
+    size, radius = scene.geometry.path / m.along, bending_radius(scene)
     warnings = []
-    if scene.load.kind == "moment" and radius < 5.0 * c.thickness:
+    if isinstance(scene.load, EndMoment) and radius < 5.0 * c.thickness:
         warnings.append(
             f"load.moment bends the shell to a radius of {radius:.2g}, below five times its "
             f"thickness {c.thickness:g}: thin-shell theory ends there; lower load.moment"
@@ -74,10 +73,10 @@ def _warnings(scene: Scene) -> list[str]:
     return warnings
 
 
-def bending_radius(scene: Scene) -> float:
+def bending_radius(scene: LoadPathScene) -> float:
     """Radius the loaded shell bends to: of the end moment, else a third of its length."""
-    c, load, length = scene.structure, scene.load, extent(scene)
-    if load.kind == "force":
+    c, load, length = scene.structure, scene.load, scene.geometry.path
+    if isinstance(load, EndForce):
         return length / 3.0
     stiffness = c.young_modulus * c.thickness**3 / (12.0 * (1.0 - c.poisson_ratio**2))
     return stiffness / abs(load.moment)

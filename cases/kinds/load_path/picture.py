@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...loader import read
 from ...output.figures import LIGHT, NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
+from .config import LoadPathScene
 from .published import Reference, reference
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SHAPES = 5
 
 
-def overview(folder: Path) -> Path:
+def overview(folder: Path, scene: LoadPathScene) -> Path:
     """Draw overview.png of a run folder.
 
     Raises
@@ -37,7 +37,7 @@ def overview(folder: Path) -> Path:
     frames = read_frames(folder / "fields.pvd")
     if not frames:
         raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
-    known = reference(read(folder / "run.toml"))
+    known = reference(scene)
     figure = Figure(figsize=(15, 7.2), dpi=110)
     FigureCanvasAgg(figure)
     _draw_shapes(figure, folder, _chosen(frames))

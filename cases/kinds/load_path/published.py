@@ -11,7 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .config import Geometry, Load, Scene, Structure
+from .config import (
+    AnnulusGeometry,
+    EndForce,
+    EndMoment,
+    LoadPathScene,
+    ShellSection,
+    StripGeometry,
+)
 
 # load fraction, then -U and W of the tip
 SHEAR_TABLE = np.fromstring(
@@ -30,15 +37,15 @@ ANNULUS_CONVERGED = (13.842, 17.480)  # p = 4 on 60 x 8
 
 TABLES = (
     (
-        (Geometry(), Structure(), Load()),
+        (StripGeometry(), ShellSection(), EndForce()),
         SHEAR_TABLE,
         (("tip_x", -1.0), ("tip_z", 1.0)),
     ),
     (
         (
-            Geometry("annulus"),
-            Structure(thickness=0.03, young_modulus=21e6),
-            Load(force=(0.0, 0.0, 0.8)),
+            AnnulusGeometry(),
+            ShellSection(thickness=0.03, young_modulus=21e6),
+            EndForce(force=(0.0, 0.0, 0.8)),
         ),
         ANNULUS_TABLE,
         (("inner_z", 1.0), ("outer_z", 1.0)),
@@ -78,15 +85,15 @@ class Reference:
         return float(np.abs(found - values).max() / self.scale)
 
 
-def reference(scene: Scene) -> Reference | None:
+def reference(scene: LoadPathScene) -> Reference | None:
     """What a scene's path is compared with; None if there is nothing."""
     g, c, load = scene.geometry, scene.structure, scene.load
-    posed = (g, replace(c, membrane="gauss"), replace(load, steps=Load().steps))
+    posed = (g, replace(c, membrane="gauss"), replace(load, steps=EndForce().steps))
     for problem, table, columns in TABLES:
         if posed == problem:
             return _tabulated(table, columns)
     # a Poisson ratio bends the strip across, too
-    if g.kind == "strip" and load.kind == "moment" and c.poisson_ratio == 0.0:
+    if isinstance(g, StripGeometry) and isinstance(load, EndMoment) and c.poisson_ratio == 0.0:
         sign = float(np.sign(load.moment))
         return Reference(
             "exact Kirchhoff-Love solution",
@@ -107,7 +114,7 @@ def _tabulated(table: np.ndarray, columns: tuple[tuple[str, float], ...]) -> Ref
     return Reference("Sze, Liu, Lo (2004)", columns, table[:, 0], at, scale)
 
 
-def exact_moment(scene: Scene, fraction: float) -> np.ndarray | None:
+def exact_moment(scene: LoadPathScene, fraction: float) -> np.ndarray | None:
     """Tip (-U, |W|) of the Kirchhoff-Love strip under an end moment, in closed form.
 
     Stretch ``l^2 = 1 - 2 D k^2`` and ``D (1 - 2 D k^2) k = M / (E h)``, angle k times the length;

@@ -1,18 +1,17 @@
-"""The factory of planar scenes: curve, structure, fluid and the same simulation as in space."""
+"""A planar scene as objects: curve, structure and fluid; the same simulation as in space."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from coupling.protocols import Recorder, State
-from coupling.schemes.contraction import contraction_measured
+from coupling.protocols import State
 from coupling.schemes.implicit import StructureOnly
-from coupling.stepping.integrator import BDF2, BackwardEuler
-from coupling.stepping.step_control import StepControl
-from coupling.stepping.time_loop import Simulation, Tolerances
+from coupling.schemes.scheme import Scheme
 from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
 from hbem.planar.potential import PlanarPotential
@@ -24,9 +23,9 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports
 
 from ..inflow import prescribed_volume
-from ..schemes import iterations
 from ..schemes import scheme as named_scheme
-from .config import Scene
+from ..simulated import Simulated
+from .config import PlanarScene
 from .contact import CurveCollision
 from .forecast import contraction, final_volume
 from .geometry import PlanarBag, planar_bag
@@ -36,12 +35,12 @@ CHEAP = 10.0  # forming the response costs as much as assembling: measured break
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]  # points of an element in pictures and gap checks
 
 
-def bag(scene: Scene) -> PlanarBag:
+def bag(scene: PlanarScene) -> PlanarBag:
     """Initial geometry of a scene."""
     return planar_bag(scene.geometry, scene.mesh)
 
 
-def structure(scene: Scene, body: PlanarBag) -> ShellStructure:
+def structure(scene: PlanarScene, body: PlanarBag) -> ShellStructure:
     """The membrane with its supports and its enclosed area."""
     c = scene.structure
     basis = CurveBasis(body.nodes, body.coefficients)
@@ -50,11 +49,9 @@ def structure(scene: Scene, body: PlanarBag) -> ShellStructure:
     return ShellStructure(membrane, E, EnclosedArea(basis))
 
 
-def fluid(scene: Scene, body: PlanarBag) -> PlanarStokes | PlanarPotential | None:
-    """The flow model; None for uniform pressure."""
+def fluid(scene: PlanarScene, body: PlanarBag) -> PlanarStokes | PlanarPotential:
+    """The flow model."""
     f = scene.fluid
-    if f.model == "pressure":
-        return None
     boundary = Boundary(body.nodes, body.inlet, body.profile)
     rule = OuterRule(f.outer_points, f.near_points)
     if f.model == "stokes":
@@ -63,7 +60,7 @@ def fluid(scene: Scene, body: PlanarBag) -> PlanarStokes | PlanarPotential | Non
     return PlanarPotential(boundary, f.mass_ratio, contact, rule)
 
 
-def scheme(scene: Scene, body: PlanarBag) -> object:
+def scheme(scene: PlanarScene, body: PlanarBag) -> Scheme:
     """The coupling scheme of a scene."""
     if scene.fluid.model == "pressure":
         return StructureOnly()
@@ -72,22 +69,8 @@ def scheme(scene: Scene, body: PlanarBag) -> object:
     return named_scheme(scene.coupling, rho, scene.time.dt, linear=stokes, cheap=CHEAP)
 
 
-def chosen(scene: Scene) -> object:
-    """The scene's scheme."""
-    return scheme(scene, bag(scene))
-
-
-def measured_contraction(scene: Scene, state: State | None = None) -> float:
-    """rho at the scene's dt by power iteration on the fluid assembled on one configuration."""
-    body = bag(scene)
-    c = body.coefficients if state is None else state.coefficients
-    state = State(0.0, c, np.zeros_like(c)) if state is None else state
-    inverse = structure(scene, body).linearised(state, scene.time.dt)
-    return contraction_measured(fluid(scene, body).assemble(c).response(), inverse, scene.time.dt)
-
-
 @dataclass(frozen=True)
-class Sampler:
+class CurveSampler:
     """Curves of configurations for checks, files and pictures."""
 
     body: PlanarBag
@@ -116,7 +99,7 @@ class Sampler:
         traction: np.ndarray | None = None,
         velocity: np.ndarray | None = None,
         tessellate: int = 1,
-    ) -> dict[str, object]:
+    ) -> dict[str, Any]:
         """The polygon through the nodes as lines with velocity and traction, for files."""
         n = self.body.nodes.size
         points = np.concatenate([coefficients[::2], self.body.inlet])
@@ -140,13 +123,7 @@ def _in_space(vectors: np.ndarray) -> np.ndarray:
     return np.column_stack([vectors, np.zeros(vectors.shape[0])])
 
 
-def fields(scene: Scene) -> Sampler:
-    """Sampler of a scene's configurations."""
-    body = bag(scene)
-    return Sampler(body, structure(scene, body))
-
-
-def skipped(scene: Scene) -> list[str]:
+def skipped(scene: PlanarScene) -> list[str]:
     """What this scene does not need and a run therefore leaves out."""
     f = scene.fluid
     if f.model == "pressure":
@@ -158,30 +135,22 @@ def skipped(scene: Scene) -> list[str]:
     return ["exterior flow: fluid.viscosity_ratio = 0"] if f.viscosity_ratio == 0.0 else []
 
 
-def simulation(scene: Scene, recorders: Sequence[Recorder] = ()) -> Simulation:
+def simulated(scene: PlanarScene) -> Simulated:
     """Everything a run needs, from one scene."""
     body = bag(scene)
     curve = structure(scene, body)
-    sampler = Sampler(body, curve)
-    t, c = scene.time, scene.coupling
-    start = curve.volume(body.coefficients)
-    return Simulation(
+    sampler = CurveSampler(body, curve)
+    start, i = curve.volume(body.coefficients), scene.inflow
+    final = final_volume(scene, body, start) * start
+    return Simulated(
+        scene,
         structure=curve,
-        fluid=fluid(scene, body),
+        fluid=partial(fluid, scene, body) if scene.fluid.model != "pressure" else None,
         scheme=scheme(scene, body),
-        volume=prescribed_volume(final_volume(scene, body, start), start),
+        volume=prescribed_volume(start, final, i.t1, i.t2),
         initial=State(0.0, body.coefficients, np.zeros_like(body.coefficients)),
-        control=StepControl(
-            t.dt, t.end, t.step_growth, t.dt_floor, error=t.error, closing=t.closing
-        ),
-        tolerances=Tolerances(
-            c.tolerance,
-            c.absolute_tolerance,
-            iterations(c),
-        ),
-        recorders=recorders,
+        sampler=sampler,
         diagnostics=sampler.diagnostics,
-        integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
-        checkpoint_every=scene.output.checkpoint_every,
+        skips=tuple(skipped(scene)),
         collision=CurveCollision(sampler.curve, n_inlet=body.inlet.shape[0] + 1),
     )

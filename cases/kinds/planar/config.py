@@ -1,41 +1,66 @@
 """A planar scene as frozen dataclasses: fields with their defaults and admissible ranges.
 
-Non-dimensional like the others, see `cases.kinds.inflation.config`: stiffness, line density and length unit are 1;
-the thesis' planar Kirchhoff-Love law [T 2.21] is that of ``structure.stiffness = 2``.
+Non-dimensional as `cases.sections` says: stiffness, line density and length unit are 1; the
+thesis' planar Kirchhoff-Love law [T 2.21] is that of ``structure.stiffness = 2``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from ...sections import Coupling, Output, Time, rule
+from ...sections import Choice, Coupling, Output, Sections, Time, rule
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Initial shape over a straight inlet.
+class _Curve:
+    """What all shapes over a straight inlet have.
 
-    ``radius``: half the distance of the sheets (pancake, fold), of the circle (arc). ``width``: of
-    the pancake [T fig. 4.2]. ``inlet``: width of the inlet (0: ``radius``). ``fold_radius`` and
-    ``panel``: of the folds' mid-curve (0: 5 radii, 10 fold radii), ``chamber`` its half length.
-    ``asymmetry``: amplitude of a sideways disturbance, which decides what rounding would.
+    ``radius``: half the distance of the sheets, or of the circle. ``inlet``: width of the inlet
+    (0: ``radius``). ``asymmetry``: amplitude of a sideways disturbance, which decides what
+    rounding would.
     """
 
-    kind: str = rule("pancake", choices=("pancake", "arc", "fold"))
+    kind: str = ""
     radius: float = rule(1.0 / 3.0, above=0.0)
-    width: float = rule(20.0, above=0.0)
     inlet: float = rule(0.0, least=0.0)
-    fold_radius: float = rule(0.0, least=0.0)
-    panel: float = rule(0.0, least=0.0)
-    chamber: float = rule(0.0, least=0.0)
     asymmetry: float = rule(0.0)
 
 
 @dataclass(frozen=True)
-class Mesh:
+class FlatCurve(_Curve):
+    """Two sheets with round ends, ``width`` wide [T fig. 4.2]."""
+
+    kind: str = rule("pancake", choices=("pancake",))
+    width: float = rule(20.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class ArcCurve(_Curve):
+    """Part of a circle [T 5.3.2]."""
+
+    kind: str = rule("arc", choices=("arc",))
+
+
+@dataclass(frozen=True)
+class FoldCurve(_Curve):
+    """A folded bag; radius and panel of the folds' mid-curve, half length of the chamber.
+
+    0 stands for 5 radii, 10 fold radii and the chamber of the thesis' flatness.
+    """
+
+    kind: str = rule("fold", choices=("fold",))
+    fold_radius: float = rule(0.0, least=0.0)
+    panel: float = rule(0.0, least=0.0)
+    chamber: float = rule(0.0, least=0.0)
+
+
+PlanarShape = FlatCurve | ArcCurve | FoldCurve
+
+
+@dataclass(frozen=True)
+class PlanarMesh:
     """Largest elements on straight and on curved pieces, elements of the inlet (even).
 
     ``uniform``: equal elements of the whole membrane instead, so many (0: none). ``halvings``: of
@@ -50,7 +75,7 @@ class Mesh:
 
 
 @dataclass(frozen=True)
-class Structure:
+class PlanarStructure:
     """Membrane: law, stiffness, rigidity, how its ends are held at the inlet."""
 
     law: str = rule("kirchhoff-love", choices=("kirchhoff-love", "string"))
@@ -61,7 +86,7 @@ class Structure:
 
 
 @dataclass(frozen=True)
-class Fluid:
+class PlanarFluid:
     """Stokes or potential flow, or a uniform pressure.
 
     ``mass_ratio``: m = varpi/Re for Stokes, varpi for potential flow. ``viscosity_ratio``: 0 leaves
@@ -81,7 +106,7 @@ class Fluid:
 
 
 @dataclass(frozen=True)
-class Inflow:
+class PlanarInflow:
     """Influx rises over t1, is constant until t2 and ends at t1 + t2 [T 4.30c].
 
     ``final_volume`` is a multiple of the initial one; 0 takes ``fullness`` times the area of the
@@ -95,7 +120,7 @@ class Inflow:
 
 
 @dataclass(frozen=True)
-class Scene:
+class PlanarScene:
     """Everything a planar run is made of."""
 
     kind: ClassVar[str] = "planar"
@@ -103,11 +128,11 @@ class Scene:
 
     name: str
     description: str = ""
-    geometry: Geometry = Geometry()
-    mesh: Mesh = Mesh()
-    structure: Structure = Structure()
-    fluid: Fluid = Fluid()
-    inflow: Inflow = Inflow()
+    geometry: PlanarShape = FlatCurve()
+    mesh: PlanarMesh = PlanarMesh()
+    structure: PlanarStructure = PlanarStructure()
+    fluid: PlanarFluid = PlanarFluid()
+    inflow: PlanarInflow = PlanarInflow()
     time: Time = field(default_factory=lambda: Time(dt=1.0, end=400.0))
     coupling: Coupling = field(default_factory=Coupling)
     output: Output = field(default_factory=Output)
@@ -121,38 +146,25 @@ class Scene:
         }
 
 
-SECTIONS: Mapping[str, type] = {
-    "geometry": Geometry,
-    "mesh": Mesh,
-    "structure": Structure,
-    "fluid": Fluid,
-    "inflow": Inflow,
+SECTIONS: Sections = {
+    "geometry": Choice("geometry.kind", {"pancake": FlatCurve, "arc": ArcCurve, "fold": FoldCurve}),
+    "mesh": PlanarMesh,
+    "structure": PlanarStructure,
+    "fluid": PlanarFluid,
+    "inflow": PlanarInflow,
     "time": Time,
     "coupling": Coupling,
     "output": Output,
 }
 
 
-def impossible(scene: Scene) -> list[str]:
+def impossible(scene: PlanarScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
     g, f, t = scene.geometry, scene.fluid, scene.time
-    inlet = g.inlet or g.radius
-    cases: list[tuple[Any, str]] = [
+    cases: list[tuple[bool, str]] = [
+        *_impossible_shape(g),
         (
-            g.kind == "pancake" and g.width <= 4.0 * g.radius + inlet,
-            f"geometry.width: {g.width:g} leaves no lower sheet; it must exceed 4 radius + inlet "
-            f"= {4.0 * g.radius + inlet:g}",
-        ),
-        (
-            g.kind == "arc" and inlet >= 2.0 * g.radius,
-            f"geometry.inlet: {inlet:g} must be below the diameter {2.0 * g.radius:g}",
-        ),
-        (
-            g.kind == "fold" and 0.0 < g.fold_radius <= g.radius,
-            f"geometry.fold_radius: {g.fold_radius:g} must exceed half the gap, {g.radius:g}",
-        ),
-        (
-            scene.mesh.inlet % 2,
+            scene.mesh.inlet % 2 == 1,
             f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
         ),
         (
@@ -176,3 +188,28 @@ def impossible(scene: Scene) -> list[str]:
         ),
     ]
     return [message for wrong, message in cases if wrong]
+
+
+def _impossible_shape(g: PlanarShape) -> list[tuple[bool, str]]:
+    inlet = g.inlet or g.radius
+    if isinstance(g, FlatCurve):
+        return [
+            (
+                g.width <= 4.0 * g.radius + inlet,
+                f"geometry.width: {g.width:g} leaves no lower sheet; it must exceed 4 radius + "
+                f"inlet = {4.0 * g.radius + inlet:g}",
+            )
+        ]
+    if isinstance(g, ArcCurve):
+        return [
+            (
+                inlet >= 2.0 * g.radius,
+                f"geometry.inlet: {inlet:g} must be below the diameter {2.0 * g.radius:g}",
+            )
+        ]
+    return [
+        (
+            0.0 < g.fold_radius <= g.radius,
+            f"geometry.fold_radius: {g.fold_radius:g} must exceed half the gap, {g.radius:g}",
+        )
+    ]

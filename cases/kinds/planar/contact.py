@@ -13,7 +13,7 @@ from hbem.planar.polygon import crossing, meeting
 
 @dataclass(frozen=True)
 class CurveCollision:
-    """Test of motions of a closed curve, in the shape of `coupling.contact.self_intersection.Collision`.
+    """Test of motions of a closed curve, in the shape of `Collision`.
 
     Parameters
     ----------

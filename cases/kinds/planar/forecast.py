@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 
 from ...output.forecast import Forecast, Item
 from ..schemes import LIMITS
-from .config import Inflow, Scene
+from .config import PlanarScene
 from .geometry import PlanarBag, planar_bag
 
 
-def final_volume(scene: Scene, body: PlanarBag, start: float) -> Inflow:
-    """The inflow with its final volume as a multiple of the initial one."""
+def final_volume(scene: PlanarScene, body: PlanarBag, start: float) -> float:
+    """The final volume as a multiple of the initial one, ``start``."""
     inflow = scene.inflow
     if inflow.final_volume > 0.0:
-        return inflow
+        return inflow.final_volume
     full = inflow.fullness * body.perimeter**2 / (4.0 * np.pi)
-    return replace(inflow, final_volume=full / start)
+    return full / start
 
 
-def contraction(scene: Scene, body: PlanarBag) -> float:
+def contraction(scene: PlanarScene, body: PlanarBag) -> float:
     """Contraction rho of plain subiterations at the scene's time step."""
     return contraction_forecast(
         scene.fluid.mass_ratio,
@@ -41,7 +39,7 @@ def area(body: PlanarBag) -> float:
     return 0.5 * float(np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]))
 
 
-def forecast(scene: Scene) -> Forecast:
+def forecast(scene: PlanarScene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
     body = planar_bag(scene.geometry, scene.mesh)
     f, sizes, start = scene.fluid, np.diff(body.nodes), area(body)
@@ -50,7 +48,7 @@ def forecast(scene: Scene) -> Forecast:
         Item("elements", sizes.size, "", f"sizes {sizes.min():.3g} to {sizes.max():.3g}"),
         Item("structure unknowns", 4 * (sizes.size + 1), "", "before supports"),
         Item("initial volume", start, "", "of the polygon through the nodes"),
-        Item("final volume", start * final_volume(scene, body, start).final_volume),
+        Item("final volume", start * final_volume(scene, body, start)),
         Item("smallest gap", body.gap, "", f"over a length of {body.extent:g}"),
         Item("element over gap", float(sizes.max() / body.gap)),
         Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),
@@ -66,7 +64,7 @@ def forecast(scene: Scene) -> Forecast:
     return Forecast(tuple(items), tuple(_warnings(scene, body, rho)))
 
 
-def _warnings(scene: Scene, body: PlanarBag, rho: float) -> list[str]:
+def _warnings(scene: PlanarScene, body: PlanarBag, rho: float) -> list[str]:
     f, warnings = scene.fluid, []
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
     if rho > limit:

@@ -7,18 +7,16 @@ radius rho and panels 10 rho, folded inwards over a central chamber, wall gap 0.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .config import Geometry, Mesh
+from .config import ArcCurve, FlatCurve, FoldCurve, PlanarMesh, PlanarShape
 
 FLATNESS = 9.5  # width over depth of the folded bag
 
 
 @dataclass(frozen=True)
-class Pieces:
+class CurvePieces:
     """A curve of pieces ``(m,)`` with constant curvature, from ``start`` in direction ``angle``."""
 
     lengths: np.ndarray
@@ -43,13 +41,13 @@ class Pieces:
         angle = angles[k] + self.curvatures[k] * d
         return points, np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
-    def nodes(self, mesh: Mesh) -> np.ndarray:
+    def nodes(self, mesh: PlanarMesh) -> np.ndarray:
         """Arc lengths of the nodes: every joint, or equal elements of the whole; halved."""
         coarse = self._coarse(mesh)
         fine = np.linspace(0.0, coarse.size - 1.0, (coarse.size - 1) * 2**mesh.halvings + 1)
         return np.interp(fine, np.arange(coarse.size), coarse)
 
-    def _coarse(self, mesh: Mesh) -> np.ndarray:
+    def _coarse(self, mesh: PlanarMesh) -> np.ndarray:
         if mesh.uniform:
             return np.linspace(0.0, self.length, mesh.uniform + 1)
         parts, start = [np.zeros(1)], 0.0
@@ -68,28 +66,30 @@ def _arc(d: np.ndarray, curvature: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack([chord * np.cos(angle + half), chord * np.sin(angle + half)], axis=-1)
 
 
-def pieces(g: Geometry) -> Pieces:
+def pieces(g: PlanarShape) -> CurvePieces:
     """The membrane of a planar geometry."""
-    return {"pancake": _pancake, "arc": _circle, "fold": _fold}[g.kind](g)
+    if isinstance(g, FlatCurve):
+        return _pancake(g)
+    return _circle(g) if isinstance(g, ArcCurve) else _fold(g)
 
 
-def _pancake(g: Geometry) -> Pieces:
+def _pancake(g: FlatCurve) -> CurvePieces:
     r, inlet = g.radius, g.inlet or g.radius
     lower = 0.5 * (g.width - inlet) - 2.0 * r
     half = [(0.5 * np.pi * r, -1.0 / r), (lower, 0.0), (np.pi * r, 1.0 / r)]
     return _joined([*half, (g.width - 2.0 * r, 0.0), *half[::-1]], (0.5 * inlet, -2.0 * r))
 
 
-def _circle(g: Geometry) -> Pieces:
+def _circle(g: ArcCurve) -> CurvePieces:
     r, half = g.radius, 0.5 * (g.inlet or g.radius)
     opening = np.arcsin(half / r)
     start = (half, -np.sqrt(r * r - half * half))
-    return Pieces(
+    return CurvePieces(
         np.array([2.0 * r * (np.pi - opening)]), np.array([1.0 / r]), start, float(opening)
     )
 
 
-def fold_sizes(g: Geometry) -> tuple[float, float, float, float]:
+def fold_sizes(g: FoldCurve) -> tuple[float, float, float, float]:
     """Half gap, fold radius, panel and half chamber of a fold."""
     r = g.radius
     rho = g.fold_radius or 5.0 * r
@@ -99,7 +99,7 @@ def fold_sizes(g: Geometry) -> tuple[float, float, float, float]:
     return r, rho, panel, chamber
 
 
-def _fold(g: Geometry) -> Pieces:
+def _fold(g: FoldCurve) -> CurvePieces:
     r, rho, panel, chamber = fold_sizes(g)
     inlet = g.inlet or g.radius
     out, back = [], []
@@ -113,9 +113,9 @@ def _fold(g: Geometry) -> Pieces:
     return _joined([*half, (2.0 * chamber, 0.0), *half[::-1]], (0.5 * inlet, -2.0 * r))
 
 
-def _joined(parts: list[tuple[float, float]], start: tuple[float, float]) -> Pieces:
+def _joined(parts: list[tuple[float, float]], start: tuple[float, float]) -> CurvePieces:
     lengths, curvatures = (np.array(column) for column in zip(*parts, strict=True))
-    return Pieces(lengths, curvatures, start, 0.5 * np.pi)
+    return CurvePieces(lengths, curvatures, start, 0.5 * np.pi)
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class PlanarBag:
         return float(self.nodes[-1] + chord)
 
 
-def planar_bag(g: Geometry, mesh: Mesh) -> PlanarBag:
+def planar_bag(g: PlanarShape, mesh: PlanarMesh) -> PlanarBag:
     """The bag of a planar scene."""
     curve = pieces(g)
     s = curve.nodes(mesh)
@@ -168,10 +168,10 @@ def planar_bag(g: Geometry, mesh: Mesh) -> PlanarBag:
     return PlanarBag(s, coefficients, inlet, 1.0 - x**2, *_narrowest(g))
 
 
-def _narrowest(g: Geometry) -> tuple[float, float]:
-    if g.kind == "arc":
+def _narrowest(g: PlanarShape) -> tuple[float, float]:
+    if isinstance(g, ArcCurve):
         return 2.0 * g.radius, g.radius
-    if g.kind == "pancake":
+    if isinstance(g, FlatCurve):
         return 2.0 * g.radius, 0.5 * g.width - g.radius
     r, rho, panel, chamber = fold_sizes(g)
     return 2.0 * r, chamber + 2.0 * (panel + np.pi * rho)

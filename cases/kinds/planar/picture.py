@@ -14,17 +14,17 @@ import numpy as np
 from ...output.figures import NoPicture
 from ...output.history import read_history
 from ...output.vtk import read_frames
+from .config import PlanarScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOTS = 6
-FRAMES = 60
 FILL, WALL, INLET = "#dbe9f6", "#12355b", "#d1495b"
 
 
 @dataclass(frozen=True)
-class Shot:
+class CurveShot:
     """One frame: time, closed polygon ``(n, 2)``, which of its segments are inlet."""
 
     t: float
@@ -32,7 +32,7 @@ class Shot:
     inlet: np.ndarray
 
 
-def overview(folder: Path) -> Path:
+def overview(folder: Path, scene: PlanarScene) -> Path:
     """Draw overview.png of a run folder.
 
     Raises
@@ -43,9 +43,9 @@ def overview(folder: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    shots = _read(folder, SHOTS)
+    shots = read_shots(folder, SHOTS)
     history = read_history(folder / "history.csv")
-    low, high = _box(shots)
+    low, high = common_box(shots)
     width, height = high - low
     columns = 1 if width > 4.0 * height else 2 if width > 1.6 * height else 3
     rows = -(-len(shots) // columns)
@@ -57,8 +57,8 @@ def overview(folder: Path) -> Path:
     for axes in grid[len(shots) :]:
         axes.set_axis_off()
     for axes, shot in zip(grid, shots, strict=False):
-        _draw(axes, shot, low, high)
-        axes.set_title(_title(shot.t, history), fontsize=9)
+        draw_shot(axes, shot, low, high)
+        axes.set_title(title(shot.t, history), fontsize=9)
     _histories(lower.subplots(1, 3), history, [shot.t for shot in shots])
     path = folder / "overview.png"
     part = path.with_name("overview.part.png")
@@ -67,40 +67,7 @@ def overview(folder: Path) -> Path:
     return path
 
 
-def animation(folder: Path) -> Path:
-    """Draw animation.gif of a run folder, at most 60 frames.
-
-    Raises
-    ------
-    NoPicture
-        If no frames were written.
-    """
-    from matplotlib.animation import FuncAnimation, PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    shots = _read(folder, FRAMES)
-    history = read_history(folder / "history.csv")
-    low, high = _box(shots)
-    ratio = (high[1] - low[1]) / (high[0] - low[0])
-    figure = Figure(figsize=(7, min(7.0, max(2.0, 7.0 * ratio)) + 0.4), dpi=80)
-    FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.01, 0.01, 0.98, 0.88))
-
-    def frame(k: int) -> list:
-        axes.clear()
-        _draw(axes, shots[k], low, high)
-        axes.set_title(_title(shots[k].t, history), fontsize=9)
-        return []
-
-    path = folder / "animation.gif"
-    part = path.with_name("animation.part.gif")
-    FuncAnimation(figure, frame, frames=len(shots)).save(part, writer=PillowWriter(fps=12))
-    part.replace(path)
-    return path
-
-
-def _read(folder: Path, count: int) -> list[Shot]:
+def read_shots(folder: Path, count: int) -> list[CurveShot]:
     """At most ``count`` frames at about equal distances in time, first and last among them."""
     import meshio
 
@@ -113,18 +80,18 @@ def _read(folder: Path, count: int) -> list[Shot]:
     shots = []
     for t, name in (frames[i] for i in chosen):
         mesh = meshio.read(folder / name)
-        shots.append(Shot(t, mesh.points[:, :2], mesh.cell_data["part"][0].astype(bool)))
+        shots.append(CurveShot(t, mesh.points[:, :2], mesh.cell_data["part"][0].astype(bool)))
     return shots
 
 
-def _box(shots: list[Shot]) -> tuple[np.ndarray, np.ndarray]:
+def common_box(shots: list[CurveShot]) -> tuple[np.ndarray, np.ndarray]:
     points = np.concatenate([shot.points for shot in shots])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.03 * (high - low).max()
     return low - margin, high + margin
 
 
-def _draw(axes: Axes, shot: Shot, low: np.ndarray, high: np.ndarray) -> None:
+def draw_shot(axes: Axes, shot: CurveShot, low: np.ndarray, high: np.ndarray) -> None:
     closed = np.concatenate([shot.points, shot.points[:1]])
     axes.fill(*shot.points.T, color=FILL, linewidth=0)
     inlet = np.flatnonzero(shot.inlet)
@@ -134,7 +101,7 @@ def _draw(axes: Axes, shot: Shot, low: np.ndarray, high: np.ndarray) -> None:
     axes.set_axis_off()
 
 
-def _title(t: float, history: dict[str, np.ndarray]) -> str:
+def title(t: float, history: dict[str, np.ndarray]) -> str:
     at = {name: np.interp(t, history["t"], history[name]) for name in ("volume", "pressure")}
     ratio = at["volume"] / history["volume"][0]
     return f"t = {t:g}   V/V₀ = {ratio:.2f}   p = {at['pressure']:.2e}"

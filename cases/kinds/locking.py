@@ -12,8 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...geometry.bag import Bag
-from .config import Scene
+from ..geometry.bag import Bag
 
 # x and loss of roofs of 16^2, 32^2 (64^2) elements at thickness 0.25, 0.025, 0.0025
 MEASURED: Mapping[tuple[int, str], tuple[tuple[float, ...], tuple[float, ...]]] = {
@@ -60,26 +59,3 @@ def locking_parameter(body: Bag, thickness: float) -> tuple[float, float]:
         if x.max() > worst:
             worst, size_there = float(x.max()), float(size[x.argmax()])
     return worst, size_there
-
-
-def warning(scene: Scene, body: Bag) -> str | None:
-    """The loss and its remedy, if a scene sits in the locked regime."""
-    c, degree = scene.structure, scene.mesh.degree
-    x, size = locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
-    lost = loss(x, degree, c.membrane)
-    if lost < LIMIT:
-        return None
-    pillow = scene.geometry.kind == "pillow"
-    others = [
-        f"{loss(x, d, m):.1%} with mesh.degree = {d}, structure.membrane = {m!r}"
-        for d, m in ((3, "gauss"), (3, "patch"))
-        if not pillow and (d, m) != (degree, c.membrane) and loss(x, d, m) < lost
-    ]
-    points, values = MEASURED[degree, c.membrane]
-    fine = np.exp(np.interp(LIMIT, values, np.log(points)))
-    keys = "mesh.around" if pillow else "mesh.rim, mesh.flat_max"
-    remedy = f"elements of {size * np.sqrt(fine / x):.2g} there ({keys})"
-    return (
-        f"membrane locking: elements of {size:.2g} where size^2/(radius thickness) = {x:.2g} lose "
-        f"about {lost:.0%} of the bending response; use {' or '.join([*others, remedy])}"
-    )

@@ -11,10 +11,6 @@ from typing import TYPE_CHECKING
 
 from hbem.accuracy import Budget, review
 
-from .config import Scene
-from .initial_bag import initial_bag
-from .plan import fluid_budget
-
 if TYPE_CHECKING:
     from coupling.protocols import AcceptedStep
 
@@ -37,14 +33,6 @@ class Accuracy:
     extent: float
     residual: float = 0.0
     zeta: float = 0.0
-
-    @classmethod
-    def of(cls, scene: Scene) -> Accuracy | None:
-        """That of a scene; None without boundary integrals on surfaces."""
-        if scene.kind != Scene.kind or scene.fluid.model == "pressure":
-            return None
-        body = initial_bag(scene)
-        return cls(fluid_budget(scene, body), body.gap, body.extent)
 
     def note(self, step: AcceptedStep) -> None:
         """Take an accepted step into account."""
