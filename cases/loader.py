@@ -10,7 +10,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
@@ -176,7 +176,7 @@ def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors
     if not isinstance(table, dict):
         errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
         return table_type()
-    hints, limits = get_type_hints(table_type), table_type.__dataclass_fields__
+    hints, limits = get_type_hints(table_type), {f.name: f for f in fields(table_type)}
     good = {}
     for key, raw in table.items():
         path = f"{name}.{key}"

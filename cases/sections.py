@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Protocol
 
 SCHEMES = (
@@ -65,7 +65,7 @@ class Choice:
 
     def owners(self, key: str) -> list[str]:
         """Words whose tables have a key."""
-        return [word for word, table in self.tables.items() if key in table.__dataclass_fields__]
+        return [word for word, t in self.tables.items() if key in {f.name for f in fields(t)}]
 
 
 # Section name -> its dataclass, or the tables to choose from.

@@ -135,4 +135,4 @@ def read_frames(path: Path) -> list[tuple[float, str]]:
     if not path.exists():
         return []
     entries = ElementTree.parse(path).iter("DataSet")
-    return [(float(entry.get("timestep")), entry.get("file")) for entry in entries]
+    return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]

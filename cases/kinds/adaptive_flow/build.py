@@ -5,16 +5,19 @@ The only place where this kind of scene meets the libraries.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from skfem import Mesh
 
 from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.adaptive_loop import Strategy
+from coupling.model_adaptivity.adaptive_loop import Step, Strategy
 from coupling.model_adaptivity.mesh_adaptivity import Level, refinements
 from coupling.navier_stokes.flow import MixedFlow, mixed_flow
+from coupling.partitions.boundary_stokes import BoundaryFlow, boundary_flow
+from hbem.planar.polygon_stokes import PolygonStokes
 
 from .config import AdaptiveFlowScene, EnergyGoal, VelocityGoal, VorticityGoal
 from .geometry import channel_cavity, inflow, rest, with_names
@@ -68,7 +71,7 @@ def goal(scene: AdaptiveFlowScene, flow: MixedFlow) -> goals.Goal:
     return goals.traction(flow, "walls", g.direction)
 
 
-def levels(scene: AdaptiveFlowScene) -> Callable[[], Level]:
+def levels(scene: AdaptiveFlowScene) -> Iterator[Level]:
     """Iterator over the meshes that are adapted to the scene's goal."""
 
     def problem(mesh: Mesh, degree: int) -> tuple[MixedFlow, goals.Goal]:
@@ -108,7 +111,7 @@ def problem(
     return AdaptiveProblem(flow, goal(scene, flow), strategy, error)
 
 
-def grid(flow: MixedFlow, step: object) -> dict[str, object]:
+def grid(flow: MixedFlow, step: Step) -> dict[str, Any]:
     """Mesh and fields of a step for files and pictures, at the vertices."""
     space = flow.space
     mesh, x = space.mesh, step.solution.x
@@ -143,17 +146,15 @@ def skipped(scene: AdaptiveFlowScene) -> list[str]:
     return skips
 
 
-def boundary_operators(polygon: np.ndarray) -> object:
+def boundary_operators(polygon: np.ndarray) -> PolygonStokes:
     """Planar Stokes operators of a polygon, for the Stokes part by boundary elements."""
-    from hbem.planar.polygon_stokes import PolygonStokes
-
     return PolygonStokes(polygon)
 
 
-def boundary_flow_on(mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2):
+def boundary_flow_on(
+    mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2
+) -> BoundaryFlow:
     """Navier-Stokes finite elements coupled to Stokes boundary elements."""
-    from coupling.partitions.boundary_stokes import boundary_flow
-
     return boundary_flow(
         mesh,
         flagged,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...output.step_records import StepOutcome, StepRecords
@@ -33,7 +34,7 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
             records.row(_row(step, problem, records.elapsed))
             if every and step.index % every == 0:
                 grid = build.grid(problem.flow, step)
-                records.frame(float(step.index), step.index, lambda p, g=grid: write_grid(p, g))
+                records.frame(float(step.index), step.index, partial(write_grid, grid=grid))
             records.news(_line(step))
             if step.result.name == "RUNNING":
                 _save(records, problem, step, reference)

@@ -105,7 +105,7 @@ def fluid(plan: InflationPlan) -> Fluid:
     from hbem.surfaces.patches import union
 
     body, f = plan.bag, plan.scene.fluid
-    patches = union(body.membrane, body.inlet)
+    patches = union(body.membrane, plan.inlet)
     return EnclosedStokes(
         patches,
         np.arange(patches.n_elements) >= body.membrane.n_elements,

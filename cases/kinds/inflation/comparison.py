@@ -100,6 +100,6 @@ def _cut(axes: Axes, folder: Path, index: int, volume: float, colour: str) -> No
     t, name = read_frames(folder / "fields.pvd")[index]
     mesh = meshio.read(folder / name)
     lines = section(mesh.points, mesh.cells_dict["quad"])[:, :, [0, 2]]
-    axes.add_collection(LineCollection(lines, colors=[colour], linewidths=1.3))
+    axes.add_collection(LineCollection(list(lines), colors=[colour], linewidths=1.3))
     label = "uniform pressure" if "traction" not in mesh.point_data else "flow"
     axes.plot([], [], color=colour, label=f"{label}, V/V₀ = {volume:.2f}, t = {t:g}")

@@ -6,7 +6,7 @@ Made from fields.pvd, history.csv and run.toml alone; published or exact values 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -63,8 +63,11 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     from matplotlib import colormaps
     from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-    axes = figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
+    axes = cast(
+        Axes3D, figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
+    )
     meshes = [meshio.read(folder / name) for _, name in frames]
     polygons, colours, legend = [], [], []
     for k, ((load, _), mesh) in enumerate(zip(frames, meshes, strict=True)):
@@ -76,7 +79,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
         shaded[:, :3] *= _shades(quads)[:, None]
         polygons.append(quads)
         colours.append(shaded)
-        legend.append(Patch(color=colour, label=f"load {load:.3g}"))
+        legend.append(Patch(color=tuple(colour), label=f"load {load:.3g}"))
     # one collection: matplotlib sorts polygons by depth only within one
     faces = np.concatenate(colours)
     axes.add_collection3d(
@@ -89,7 +92,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     box = np.maximum(high - low, 0.02 * (high - low).max())
     axes.set(xlim=(low[0], low[0] + box[0]), ylim=(low[1], low[1] + box[1]))
     axes.set(zlim=(low[2], low[2] + box[2]), xlabel="x", ylabel="y", zlabel="z")
-    axes.set_box_aspect(box)
+    axes.set_box_aspect(tuple(box))
     axes.view_init(elev=20.0, azim=-65)
     axes.set_proj_type("ortho")
     axes.locator_params(nbins=4)

@@ -77,7 +77,7 @@ class _Steps:
         if not fractions.size:
             return None
         return self.posed.follow(
-            fractions,
+            list(fractions),
             coefficients=c,
             start=self.first / self.scene.load.steps,
             increment=self.increment,
