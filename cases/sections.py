@@ -115,6 +115,14 @@ class Time:
     error: float = rule(0.0, least=0.0)
     closing: float = rule(0.5, least=0.0)
 
+    def impossible(self) -> list[tuple[bool, str]]:
+        """Combinations of single good values that cannot work together, and their messages."""
+        dt, end, floor = self.dt, self.end, self.dt_floor
+        return [
+            (end < dt, f"time.end: {end:g} is less than one step, time.dt = {dt:g}"),
+            (floor >= dt, f"time.dt_floor: {floor:g} must be below time.dt = {dt:g}"),
+        ]
+
 
 @dataclass(frozen=True)
 class Coupling:

@@ -98,7 +98,7 @@ def problem(
         flow = flow_on(channel_cavity(scene.flow.cells), scene.flow.reynolds)
     if scene.flow.convection == "skew":
         flow = flow.skew()
-    a = scene.adaptivity
+    a: Any = scene.adaptivity  # its words are among the strategy's: their rules say so
     strategy = Strategy(
         indicator=a.indicator,
         adjoint=a.adjoint,

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...output.figures import NoPicture
+from ...output.figures import frames_of, new_figure
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from .picture import area_quantile, common_box, draw_shot, read_shots, title
 
 FRAME_TIME = 0.15  # seconds a frame
@@ -25,21 +24,16 @@ def animation(folder: Path) -> Path:
         If fewer than two frames were written.
     """
     from matplotlib.animation import PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if len(frames) < 2:
-        raise NoPicture(f"{folder} has too few frames in fields.pvd; lower output.fields_every")
+    frames = frames_of(folder, 2)
     frames = frames[:: -(-len(frames) // LARGEST)]
     history = read_history(folder / "history.csv")
     shots, quantity = read_shots(folder, frames)
     low, high = common_box(shots)
     colours = ScalarMappable(Normalize(0.0, area_quantile(shots) or 1.0), "viridis")
-    figure = Figure(figsize=(7, 6), dpi=90)
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(7, 6), dpi=90)
     writer = PillowWriter(fps=round(1.0 / FRAME_TIME))
     path = folder / "animation.gif"
     part = path.with_name("animation.part.gif")

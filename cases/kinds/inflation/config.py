@@ -193,7 +193,7 @@ SECTIONS: Sections = {
 
 def impossible(scene: InflationScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    g, m, t = scene.geometry, scene.mesh, scene.time
+    g, m = scene.geometry, scene.mesh
     cases = [
         (
             tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
@@ -214,11 +214,7 @@ def impossible(scene: InflationScene) -> list[str]:
             f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
             f"inflow.t1 = {scene.inflow.t1:g}",
         ),
-        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
-        (
-            t.dt_floor >= t.dt,
-            f"time.dt_floor: {t.dt_floor:g} must be below time.dt = {t.dt:g}",
-        ),
+        *scene.time.impossible(),
     ]
     if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
         cases = [*_impossible_pancake(g, m), *cases]

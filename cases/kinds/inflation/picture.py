@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from ...output.clip import clipped, section
-from ...output.figures import LIGHT, NoPicture
+from ...output.figures import LIGHT, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from ...sections import TimedScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 SNAPSHOTS = 6
@@ -48,16 +48,11 @@ def overview(folder: Path, scene: TimedScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     history = read_history(folder / "history.csv")
     shots, quantity = read_shots(folder, _chosen(frames, history))
-    figure = Figure(figsize=(15, 11.5), dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(15, 11.5), dpi=110)
     upper = figure.add_gridspec(2, 3, left=0.03, right=0.91, top=1.02, bottom=0.34, hspace=-0.1)
     lower = figure.add_gridspec(
         1, 2, left=0.06, right=0.93, top=0.33, bottom=0.06, width_ratios=[1.6, 1], wspace=0.32
@@ -65,11 +60,7 @@ def overview(folder: Path, scene: TimedScene) -> Path:
     draw_shots(figure, upper, shots, history, quantity)
     _draw_meridians(figure.add_subplot(lower[0]), shots)
     _draw_pressure(figure.add_subplot(lower[1]), history, shots)
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
 def common_box(shots: list[BagShot]) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +119,7 @@ def read_shots(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagS
 
 def draw_shots(
     figure: Figure,
-    grid: object,
+    grid: GridSpec,
     shots: list[BagShot],
     history: dict[str, np.ndarray],
     quantity: str,

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.figures import LIGHT, NoPicture
+from ...output.figures import LIGHT, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from .config import LoadPathScene
 from .published import Reference, reference
 
@@ -31,23 +30,14 @@ def overview(folder: Path, scene: LoadPathScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     known = reference(scene)
-    figure = Figure(figsize=(15, 7.2), dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(15, 7.2), dpi=110)
     _draw_shapes(figure, folder, _chosen(frames))
     axes = figure.add_axes((0.63, 0.1, 0.35, 0.82))
     _draw_curves(axes, read_history(folder / "history.csv"), known)
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
 def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:
