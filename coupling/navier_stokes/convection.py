@@ -163,7 +163,7 @@ class Convection:
         place = np.full(self.space.n_elements, -1)
         place[rows] = np.arange(rows.size)
         chosen = np.flatnonzero(place[basis.tind] >= 0)
-        phi = np.array([f[0].value[chosen] for f in basis.basis])
+        phi = np.array([np.asarray(f[0])[chosen] for f in basis.basis])
         dofs = basis.element_dofs[:, chosen]
         u = np.stack([np.einsum("ie,ieq->eq", c[dofs], phi) for c in self.space.split(x)[:2]])
         at = place[basis.tind[chosen]]
