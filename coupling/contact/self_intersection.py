@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, spmatrix
 from scipy.spatial import cKDTree
 
-from ..protocols import Result
+from ..exchange import Result
 from .sampled_mesh import free_fraction
 from .triangle_distance import triangle_distances
 
@@ -43,23 +43,35 @@ class Collision:
         Coefficients to sample points.
     triangles : (m, 3) int array
         Samples that make a triangle; neighbours share samples.
-    patch : (m,) bool array
-        Triangles of the inflow patch.
+    inlet : (m,) bool array
+        Triangles of the inlet, where touching is another `Result`.
     engine : str
         "bound" for conservative advancement, "ipctk" for its CCD.
     margin_factor : float
         Scales the chords' margins.
+    counts : dict
+        Tests and how many of them found a contact.
     """
 
     sample: spmatrix
     triangles: np.ndarray
-    patch: np.ndarray
+    inlet: np.ndarray
     engine: str = "bound"
     margin_factor: float = 1.0
     counts: dict[str, int] = field(default_factory=lambda: {"tests": 0, "blocked": 0}, repr=False)
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
-        """Why ``after (n_full, 3)`` cannot be reached from the free ``before``; None if it can."""
+        """Say why a configuration cannot be reached straight from one without contact.
+
+        Parameters
+        ----------
+        before, after : (n_full, 3) array
+
+        Returns
+        -------
+        Result or None
+            None if it can be reached.
+        """
         start, end = self.sample @ before, self.sample @ after
         self.counts["tests"] += 1
         if self._folded(end):
@@ -69,10 +81,19 @@ class Collision:
             return None
         self.counts["blocked"] += 1
         i, j = motion.pair
-        return Result.INLET_CONTACT if self.patch[i] != self.patch[j] else Result.SELF_INTERSECTION
+        return Result.INLET_CONTACT if self.inlet[i] != self.inlet[j] else Result.SELF_INTERSECTION
 
     def motion(self, start: np.ndarray, end: np.ndarray) -> Motion:
-        """How far samples may move from ``start`` straight to ``end``, both ``(n, 3)``."""
+        """Certify how far samples may move straight on.
+
+        Parameters
+        ----------
+        start, end : (n_samples, 3) array
+
+        Returns
+        -------
+        Motion
+        """
         if self.engine == "ipctk" and self._ccd(start, end) >= 1.0:
             return Motion(1.0)
         velocity, done, last = end - start, 0.0, Motion(0.0)
@@ -86,7 +107,19 @@ class Collision:
         return Motion(min(done, 1.0 - 1e-12), last.pair, last.gap)
 
     def smallest_gap(self, coefficients: np.ndarray, reach: float) -> float:
-        """Smallest distance of triangles within ``reach`` that are no neighbours."""
+        """Find the smallest distance of triangles that are no neighbours.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+        reach : float
+            Distances beyond are not looked for.
+
+        Returns
+        -------
+        float
+            Infinity if there is none within reach.
+        """
         points = self.sample @ coefficients
         pairs = self._candidates(points, reach, None, 1.0)
         pairs = pairs[~self._related(pairs)]

@@ -7,7 +7,7 @@ from scipy.sparse import identity
 
 from coupling.contact.self_intersection import Collision
 from coupling.contact.triangle_distance import triangle_distances
-from coupling.protocols import Result
+from coupling.exchange import Result
 
 
 def test_triangle_distances_against_quadratic_programs():

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from coupling.stepping.operator_reuse import KeptOperators, reach
+from coupling.stepping.operator_reuse import OperatorReuse, reach
 
 
 @dataclass
@@ -23,7 +23,7 @@ class Fluid:
 def test_kept_within_reach_of_where_it_was_assembled():
     """Small moves do not add up unnoticed: they count from the assembled geometry."""
     fluid = Fluid()
-    kept = KeptOperators(fluid, 1e-3)
+    kept = OperatorReuse(fluid, 1e-3)
     x = np.zeros((4, 3))
     assert kept.assemble(x) == 1
     assert kept.assemble(x + 4e-4) == 1
@@ -35,7 +35,7 @@ def test_kept_within_reach_of_where_it_was_assembled():
 
 def test_reset_forgets():
     fluid = Fluid()
-    kept = KeptOperators(fluid, 1.0)
+    kept = OperatorReuse(fluid, 1.0)
     kept.assemble(np.zeros((1, 3)))
     kept.reset()
     assert fluid.assembled[-1] == "reset"
