@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -39,6 +40,44 @@ class Result(enum.Enum):
     def ok(self) -> bool:
         """Whether the run reached its end time."""
         return self is Result.COMPLETED
+
+
+class TractionLike(Protocol):
+    """What the time loop reads of a fluid's traction; `Traction` says what it means."""
+
+    @property
+    def coefficients(self) -> np.ndarray: ...
+
+    @property
+    def zeta(self) -> float: ...
+
+    @property
+    def flux(self) -> float: ...
+
+    @property
+    def velocity_max(self) -> float: ...
+
+    @property
+    def iterations(self) -> int: ...
+
+    @property
+    def residual(self) -> float: ...
+
+
+class StateLike(Protocol):
+    """What the time loop reads of a structure's new state; `State` says what it means."""
+
+    @property
+    def t(self) -> float: ...
+
+    @property
+    def coefficients(self) -> np.ndarray: ...
+
+    @property
+    def velocity(self) -> np.ndarray: ...
+
+    @property
+    def pressure(self) -> float: ...
 
 
 @dataclass(frozen=True)

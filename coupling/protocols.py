@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from .exchange import Result, State, Traction
+from .exchange import Result, State, StateLike, TractionLike
+
+T = TypeVar("T", bound=TractionLike)
 
 
 class StructureStep(Protocol):
     """Outcome of one structure solve: the new state, or (``ok`` false) why there is none."""
 
     @property
-    def state(self) -> State:
+    def state(self) -> StateLike:
         """New state."""
 
     @property
@@ -53,10 +55,10 @@ class DenseMap(Protocol):
 Damping: TypeAlias = np.ndarray | LinearOperator | DenseMap
 
 
-class FluidOperator(Protocol):
-    """The fluid on one frozen geometry."""
+class FluidOperator(Protocol[T]):
+    """The fluid on one frozen geometry, with tractions of its own type T."""
 
-    def traction(self, velocity: np.ndarray) -> Traction:
+    def traction(self, velocity: np.ndarray) -> T:
         """Solve for the traction jump; the influx follows the flux of the velocity.
 
         Parameters
@@ -67,9 +69,10 @@ class FluidOperator(Protocol):
         Returns
         -------
         Traction
+            Or an object with its attributes.
         """
 
-    def load(self, traction: Traction) -> np.ndarray:
+    def load(self, traction: T) -> np.ndarray:
         """Integrate the force ``-m <tau, rho>`` on the membrane.
 
         Parameters
@@ -115,7 +118,7 @@ class FluidOperator(Protocol):
 class Fluid(Protocol):
     """A fluid model; assembling costs, so one operator serves one geometry."""
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator:
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         """Make the operator of one geometry.
 
         Parameters

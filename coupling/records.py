@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .exchange import Result, State, Traction
+from .exchange import Result, State, TractionLike
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class AcceptedStep:
     step: int
     state: State
     row: Mapping[str, float]
-    traction: Traction | None
+    traction: TractionLike | None
 
 
 @dataclass(frozen=True)

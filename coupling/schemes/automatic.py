@@ -10,6 +10,7 @@ robust scheme assembles anyway.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -127,9 +128,9 @@ class _AssembledOnce:
 
     problem: StepProblem
     geometry: np.ndarray
-    operator: FluidOperator
+    operator: FluidOperator[Any]
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator:
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         if np.array_equal(coefficients, self.geometry):
             return self.operator
         return self.problem.assemble(coefficients)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from ..exchange import Result, State, Traction
+from ..exchange import Result, State, TractionLike
 from ..protocols import Fluid, FluidOperator, Structure, StructureStep
 
 Memory = Mapping[str, np.ndarray]
@@ -96,7 +96,7 @@ class StepProblem:
         """
         return self.predictor if self.inspect(self.predictor) is None else self.accepted
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator:
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         """Assemble the fluid on a geometry.
 
         Parameters
@@ -162,7 +162,7 @@ class StepResult:
     failure: Result | None
     step: StructureStep | None = None
     load: np.ndarray | None = None
-    traction: Traction | None = None
+    traction: TractionLike | None = None
     memory: Memory = field(default_factory=dict)
     iterations: int = 0
     assemblies: int = 0
@@ -176,7 +176,8 @@ class StepResult:
         """State at the end of a solved step; ValueError after a failure."""
         if self.step is None:
             raise ValueError("the step has no state, since it was not solved")
-        return self.step.state
+        new = self.step.state
+        return State(new.t, new.coefficients, new.velocity, new.pressure)
 
 
 class Scheme(Protocol):

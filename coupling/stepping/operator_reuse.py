@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -45,10 +46,10 @@ class OperatorReuse:
     fluid: Fluid
     reach: float
     saved: int = 0
-    _geometry: np.ndarray | None = field(default=None, repr=False)
-    _operator: FluidOperator | None = field(default=None, repr=False)
+    _geometry: np.ndarray | None = field(default=None, init=False, repr=False)
+    _operator: FluidOperator[Any] | None = field(default=None, init=False, repr=False)
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator:
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         """Assemble a geometry, or return the last operator if that is as good.
 
         Parameters

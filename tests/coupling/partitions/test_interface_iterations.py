@@ -14,7 +14,7 @@ from coupling.schemes.quasi_newton import QuasiNewton
 from coupling.schemes.relaxation import Aitken, GaussSeidel
 
 
-def _cavity(stress=True, cells=10):
+def _cavity(stress=True, cells=5):
     mesh = channel_cavity(cells)
     flagged = mesh.p[1, mesh.t].mean(axis=0) > 0.0
     return cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET, stress=stress)
