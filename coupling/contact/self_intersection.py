@@ -106,27 +106,6 @@ class Collision:
                 break
         return Motion(min(done, 1.0 - 1e-12), last.pair, last.gap)
 
-    def smallest_gap(self, coefficients: np.ndarray, reach: float) -> float:
-        """Find the smallest distance of triangles that are no neighbours.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
-        reach : float
-            Distances beyond are not looked for.
-
-        Returns
-        -------
-        float
-            Infinity if there is none within reach.
-        """
-        points = self.sample @ coefficients
-        pairs = self._candidates(points, reach, None, 1.0)
-        pairs = pairs[~self._related(pairs)]
-        if not len(pairs):
-            return float("inf")
-        return float(self._distances(points, pairs).min())
-
     def _advance(self, x: np.ndarray, velocity: np.ndarray, rest: float) -> Motion:
         """Certified fraction from ``x``, at most ``rest``."""
         margin = self._margins(x)
@@ -149,7 +128,7 @@ class Collision:
         return Motion(0.9 * float(allowed[worst]), tuple(pairs[worst]), float(distance[worst]))
 
     def _candidates(
-        self, x: np.ndarray, reach: float, velocity: np.ndarray | None, rest: float
+        self, x: np.ndarray, reach: float, velocity: np.ndarray, rest: float
     ) -> np.ndarray:
         """Pairs ``(k, 2)`` that bounding spheres do not clear, without those sharing a sample."""
         corners = x[self.triangles]
@@ -161,13 +140,12 @@ class Collision:
         i, j = pairs.T
         space = np.linalg.norm(centre[i] - centre[j], axis=1) - radius[i] - radius[j]
         keep = space < reach
-        if velocity is not None:
-            moving = velocity[self.triangles]
-            mean = moving.mean(axis=1)
-            spread = np.linalg.norm(moving - mean[:, None], axis=-1).max(axis=1)
-            speed = np.linalg.norm(mean[i] - mean[j], axis=1) + spread[i] + spread[j]
-            margin = self._margins(x)
-            keep &= space - margin[i] - margin[j] <= speed * rest
+        moving = velocity[self.triangles]
+        mean = moving.mean(axis=1)
+        spread = np.linalg.norm(moving - mean[:, None], axis=-1).max(axis=1)
+        speed = np.linalg.norm(mean[i] - mean[j], axis=1) + spread[i] + spread[j]
+        margin = self._margins(x)
+        keep &= space - margin[i] - margin[j] <= speed * rest
         pairs = pairs[keep]
         normal = self._normals(x)
         alike = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]]) > 0.0

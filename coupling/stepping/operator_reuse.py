@@ -7,7 +7,6 @@ share of its tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -73,8 +72,3 @@ class OperatorReuse:
         """Forget the operator, at checkpoints: a resumed run starts without it."""
         self._geometry = self._operator = None
         self.fluid.reset()
-
-    @property
-    def statistics(self) -> Mapping[str, float]:
-        """Statistics of the fluid inside; empty where it has none."""
-        return getattr(self.fluid, "statistics", {})

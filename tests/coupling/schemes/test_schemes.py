@@ -15,7 +15,7 @@ from coupling.schemes.fixed_point import Partitioned, iterate
 from coupling.schemes.implicit import Implicit, StructureOnly
 from coupling.schemes.quasi_newton import QuasiNewton
 from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel, RelaxationMemory
-from coupling.schemes.scheme import StepProblem
+from coupling.schemes.scheme import StepProblem, StepResult
 
 B = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
 
@@ -148,6 +148,17 @@ def test_structure_only_has_no_assembly():
     result, fluid = attempt(StructureOnly(), 1.0)
     assert result.failure is None
     assert fluid.assemblies == 0
+
+
+def test_what_there_is_not_is_named():
+    state = State(0.0, np.zeros_like(B), np.zeros_like(B))
+    problem = StepProblem(
+        LinearStructure(), None, state, 0.1, 1.0, 1e-10, 0.0, 5, lambda *args: None
+    )
+    with pytest.raises(ValueError, match="use StructureOnly"):
+        Implicit().attempt(problem, {})
+    with pytest.raises(ValueError, match="was not solved"):
+        _ = StepResult(Result.NEWTON).state
 
 
 def test_bad_relaxation_is_refused():
