@@ -130,9 +130,9 @@ class Coupling:
 
     ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
     fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment,
-    ``absolute_tolerance`` in units of L. ``frozen``: in space, a fluid operator is kept while the
-    geometry moves less than what changes the traction in the narrowest gap by this share of
-    ``fluid.tolerance`` (0: never).
+    ``absolute_tolerance`` in units of L. ``reuse_tolerance``: in space, a fluid operator is
+    reused while the geometry moves less than what changes the traction in the narrowest gap by
+    this share of ``fluid.tolerance`` (0: never).
     """
 
     scheme: str = rule("implicit", choices=SCHEMES)
@@ -141,7 +141,7 @@ class Coupling:
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
-    frozen: float = rule(0.3, least=0.0, most=1.0)
+    reuse_tolerance: float = rule(0.3, least=0.0, most=1.0)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ FLOORS = {
         "solvers", "accuracy traction", "flows planar",
     ),
     "coupling": (
-        "protocols", "schemes contact", "stepping", "navier_stokes", "model_adaptivity",
+        "exchange", "protocols", "records", "schemes contact", "stepping", "navier_stokes", "model_adaptivity",
         "partitions",
     ),
     "cases": (

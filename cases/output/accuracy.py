@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hbem.accuracy import Budget, review
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep
+    from coupling import AcceptedStep
 
 
 @dataclass

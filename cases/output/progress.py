@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as LiveBar
 
-    from coupling.protocols import AcceptedStep, Iteration, Outcome, Rejection
+    from coupling import AcceptedStep, Iteration, Outcome, Rejection
 
 
 class Progress(Silent):

@@ -24,7 +24,7 @@ from .recorder import Silent
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
+    from coupling import AcceptedStep, Outcome, Rejection, Snapshot
 
     from .accuracy import Accuracy
 

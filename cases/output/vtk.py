@@ -18,7 +18,7 @@ from .atomic import SUFFIX, replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep, Outcome
+    from coupling import AcceptedStep, Outcome
 
 FOLDER = "fields"
 CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}

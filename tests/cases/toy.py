@@ -15,9 +15,7 @@ import numpy as np
 
 from cases.kinds.inflation import KIND
 from cases.kinds.kind import TimeFolder
-from coupling.protocols import Result, State, Traction
-from coupling.schemes.scheme import Attempt
-from coupling.stepping.time_loop import Simulation, StepControl
+from coupling import Result, Simulation, State, StepControl, StepResult, Traction
 
 AROUND, ROWS = 8, 4
 
@@ -66,13 +64,13 @@ class Scheme:
             raise self.error
         problem.report(1, 0.5, 1.0, False)
         if 40.0 < state.t < 60.0 and dt > 4.0:
-            return Attempt(Result.COUPLING, iterations=1)
+            return StepResult(Result.COUPLING, iterations=1)
         problem.report(2, 1e-6, 1.0, True)
         velocity = float(memory["rate"]) * state.coefficients
         new = State(state.t + dt, state.coefficients + dt * velocity, velocity, np.sin(state.t))
         memory = {"rate": memory["rate"] * 1.01, "load": memory["load"] * 1.1}
         traction = Traction(1e-2 * velocity, 1e-7)
-        return Attempt(None, Step(new), None, traction, memory, 2, 2, 5, 11)
+        return StepResult(None, Step(new), None, traction, memory, 2, 2, 5, 11)
 
 
 def initial() -> np.ndarray:

@@ -14,7 +14,7 @@ from skfem import Mesh
 
 from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.adaptive_loop import Step, Strategy
-from coupling.model_adaptivity.mesh_adaptivity import Level, refinements
+from coupling.model_adaptivity.mesh_adaptivity import MeshLevel, refinements
 from coupling.navier_stokes.flow import MixedFlow, mixed_flow
 from coupling.partitions.boundary_stokes import BoundaryFlow, boundary_flow
 from hbem.planar.polygon_stokes import PolygonStokes
@@ -68,10 +68,10 @@ def goal(scene: AdaptiveFlowScene, flow: MixedFlow) -> goals.Goal:
         return goals.kinetic_energy(flow.space)
     if isinstance(g, VelocityGoal):
         return goals.point_value(flow.space, g.point, g.radius, g.component)
-    return goals.traction(flow, "walls", g.direction)
+    return goals.boundary_force(flow, "walls", g.direction)
 
 
-def levels(scene: AdaptiveFlowScene) -> Iterator[Level]:
+def levels(scene: AdaptiveFlowScene) -> Iterator[MeshLevel]:
     """Iterator over the meshes that are adapted to the scene's goal."""
 
     def problem(mesh: Mesh, degree: int) -> tuple[MixedFlow, goals.Goal]:

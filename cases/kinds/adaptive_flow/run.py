@@ -70,11 +70,11 @@ def _steps(
 
 
 def _save(records: StepRecords, problem: AdaptiveProblem, step: Step, reference: float) -> None:
-    from coupling.model_adaptivity.adaptive_loop import enlarged
+    from coupling.model_adaptivity.adaptive_loop import enlarge
 
     records.checkpoint(
         first=step.index + 1,
-        flagged=enlarged(problem.flow, step, problem.strategy),
+        flagged=enlarge(problem.flow, step, problem.strategy),
         x=step.solution.x,
         reference=reference,
     )

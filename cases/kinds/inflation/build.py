@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from coupling.protocols import Fluid, State
+from coupling import Fluid, State
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
-from coupling.stepping.operator_reuse import KeptOperators, reach
+from coupling.stepping.operator_reuse import OperatorReuse, reach
 from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
@@ -123,10 +123,10 @@ def fluid(plan: InflationPlan) -> Fluid:
 
 def reused_fluid(plan: InflationPlan) -> Fluid:
     """The fluid of a run, which keeps operators as the scene allows."""
-    model, share = fluid(plan), plan.scene.coupling.frozen
+    model, share = fluid(plan), plan.scene.coupling.reuse_tolerance
     if share == 0.0:
         return model
-    return KeptOperators(model, reach(plan.scene.fluid.tolerance, plan.bag.gap, share))
+    return OperatorReuse(model, reach(plan.scene.fluid.tolerance, plan.bag.gap, share))
 
 
 def scheme(plan: InflationPlan) -> Scheme:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.protocols import State
+from coupling import State
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
 from hbem.planar.contact import ContactForce

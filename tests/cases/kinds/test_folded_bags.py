@@ -22,7 +22,7 @@ from cases.kinds.inflation.config import PillowGeometry
 from cases.kinds.inflation.contact import collision
 from cases.kinds.inflation.forecast import volume
 from cases.kinds.inflation.initial_bag import initial_bag
-from coupling.protocols import Result, State
+from coupling import Result, State
 from shells.surfaces.pillow import Pillow
 
 COARSE = ["mesh.around=24", "fluid.model=pressure"]

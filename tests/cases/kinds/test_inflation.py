@@ -11,8 +11,8 @@ from cases.kinds.inflation.forecast import forecast, volume
 from cases.kinds.inflation.initial_bag import initial_bag
 from cases.kinds.inflation.plan import InflationPlan
 from cases.kinds.inflow import ramp_integral
-from coupling.protocols import Result, State
-from coupling.schemes.contraction import contraction_measured
+from coupling import Result, State
+from coupling.schemes.contraction import measure_contraction
 from shells.equilibrium.load_paths import static_path
 
 
@@ -73,7 +73,7 @@ def test_contraction_measured_and_forecast():
     structure, fluid = build.structure(scene, body), build.fluid(plan)
     state = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
     inverse = structure.linearised(state, 1.0)
-    rho = contraction_measured(fluid.assemble(body.coefficients).response(), inverse, 1.0)
+    rho = measure_contraction(fluid.assemble(body.coefficients).response(), inverse, 1.0)
     assert rho == pytest.approx(0.48, rel=0.05)
 
 

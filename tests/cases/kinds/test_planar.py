@@ -15,7 +15,7 @@ from cases.kinds.planar.geometry import pieces, planar_bag
 from cases.output.history import read_history
 from cases.runs.pictures import animate, draw
 from cases.runs.start import resume, start
-from coupling.protocols import Result
+from coupling import Result
 from hbem.planar.polygon import crossing
 
 SCENES = [name for name in loader.shipped() if name.startswith("planar-")]
