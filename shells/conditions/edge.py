@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags, kron
 
 from ..surfaces.spline_surface import SplineSurface
@@ -32,7 +33,7 @@ class Edge:
     along: csr_matrix
     weights: np.ndarray
 
-    def line_load(self, force: np.ndarray) -> np.ndarray:
+    def line_load(self, force: ArrayLike) -> np.ndarray:
         """Load ``(n_coefficients, 3)`` of a force per reference length, ``(3,)`` or a point's."""
         density = np.broadcast_to(force, (self.weights.size, 3))
         return self.value.T @ (self.weights[:, None] * density)

@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from .newton import Outcome
-from .structure import Follower, ShellState, ShellStep, ShellStructure
+from ..conditions.loads import Follower
+from .newton import NewtonOutcome
+from .state import ShellState, ShellStep
+from .structure import ShellStructure
 
 REMEDIES = {
-    Outcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
-    "shells.equilibrium.minimise, which descends from unstressed states",
-    Outcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of the "
-    "load, use shells.equilibrium.minimise, or refine the mesh there",
-    Outcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.equilibrium.minimise",
+    NewtonOutcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
+    "shells.minimise, which descends from unstressed states",
+    NewtonOutcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of "
+    "the load, use shells.minimise, or refine the mesh there",
+    NewtonOutcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.minimise",
 }
 
 
@@ -90,7 +92,8 @@ def follow(
     """
     if not len(stations) or stations[0] == start:
         raise ValueError(f"a path needs stations, the first beyond its start {start:g}")
-    current, steps, newton = start, [], 0
+    steps: list[ShellStep] = []
+    current, newton = start, 0
     smallest = floor * abs(stations[-1] - start)
     increment = stations[0] - start if increment is None else increment
     for number, target in enumerate(stations, 1):
