@@ -11,9 +11,10 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.curve import CurveBasis
+from .interface import Enclosure
 
 
-class EnclosedArea:
+class EnclosedArea(Enclosure):
     """The area of a curve on one basis: what `EnclosedVolume` is to surfaces.
 
     Parameters
@@ -40,18 +41,15 @@ class EnclosedArea:
         return half.tocsr()
 
     def value(self, x: np.ndarray) -> float:
-        """Enclosed area of coefficients ``(2 n_nodes, 2)`` or their dofs."""
         x = np.ravel(x)
         return 0.5 * float(x @ (self.matrix @ x))
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Q' as a dof vector."""
         return self.matrix @ np.ravel(x)
 
     def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Q, Q' and Q''."""
         gradient = self.gradient(x)
         return 0.5 * float(np.ravel(x) @ gradient), gradient, self.matrix
 
     def check(self, extraction: csr_matrix) -> None:
-        """Nothing to refuse: the chord follows the ends."""
+        return  # nothing to refuse: the chord follows the ends

@@ -58,6 +58,11 @@ class NeoHookean:
     ``psi = mu h / 2 (tr a + 1 / det a - 3)``; small strains agree with Poisson ratio 1/2, so that
     ``mu h`` is a quarter of the membrane stiffness.
 
+    Parameters
+    ----------
+    material : Material
+        With Poisson ratio 1/2.
+
     Raises
     ------
     ValueError

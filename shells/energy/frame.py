@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..surfaces.surface_basis import Jets
+from ..surfaces.jets import Jets
 
 
 def frame_transform(reference: Jets) -> np.ndarray:

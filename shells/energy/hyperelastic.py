@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from ..surfaces.form import Scatter
 from ..surfaces.surface_basis import SurfaceBasis
 from .densities import Density
+from .interface import ShellEnergy
 from .point_tables import point_tables
 
 LEVI = np.zeros((3, 3, 3))
@@ -95,7 +96,7 @@ def forms_hessian(jets: np.ndarray, slope: np.ndarray, normal: tuple) -> np.ndar
     return H
 
 
-class HyperelasticShell:
+class HyperelasticShell(ShellEnergy):
     """A shell with any `Density`; the interface of `KirchhoffLove`.
 
     Parameters
@@ -106,6 +107,8 @@ class HyperelasticShell:
     exact_reference : bool
         As in `KirchhoffLove`.
     """
+
+    basis: SurfaceBasis
 
     def __init__(self, basis: SurfaceBasis, density: Density, *, exact_reference: bool = False):
         self.basis, self.density, self.material = basis, density, density.material
@@ -124,17 +127,7 @@ class HyperelasticShell:
             yield part, jets.reshape(-1, 5, 3), self._reference[part].reshape(-1, 6)
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-        """The energy; all of it counts as membrane energy.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        membrane, bending : float
-            The second is zero.
-        """
+        # all of it counts as membrane energy
         total = 0.0
         for part, jets, reference in self._batches(x):
             psi, _, _ = self.density(forms_and_gradient(jets)[0], reference)
@@ -142,30 +135,9 @@ class HyperelasticShell:
         return total, 0.0
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """First variation W'.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array
-            A dof vector.
-        """
         return self.gradient_and_tangent(x)[0]
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        """First and second variation, W' and W''.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array and (3 n_coefficients, 3 n_coefficients) sparse matrix
-        """
         ne, nb = self._dofs.shape
         R, K = np.empty((ne, 3 * nb)), np.empty((ne, 3 * nb, 3 * nb))
         for part, jets, reference in self._batches(x):

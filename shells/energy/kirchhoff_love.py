@@ -21,11 +21,12 @@ from ..surfaces.form import ElementForm, Scatter
 from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
 from .frame import fundamental_forms
+from .interface import ShellEnergy
 from .material import Material
 from .point_tables import point_tables, with_reduced_membrane
 
 
-class KirchhoffLove:
+class KirchhoffLove(ShellEnergy):
     """The shell's energy on one basis.
 
     Parameters
@@ -53,6 +54,8 @@ class KirchhoffLove:
     ValueError
         A scalar basis, an unknown formulation or rule, a rule the surface does not allow.
     """
+
+    basis: SurfaceBasis
 
     def __init__(
         self,
@@ -130,8 +133,9 @@ class KirchhoffLove:
 
         Returns
         -------
-        (A, B), a, b : (n_elements, n_points, 3) arrays
-            Of the reference and of the configuration with coefficients ``x``.
+        tuple
+            ``(A, B), a, b`` of the reference and of the configuration with coefficients ``x``,
+            each ``(n_elements, n_points, 3)``.
         """
         t, own = self._tables, self._own
         local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
@@ -140,45 +144,16 @@ class KirchhoffLove:
         return (t.metric[:, own], t.curvature[:, own]), first, second
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-        """Membrane and bending energy.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        membrane, bending : float
-        """
         out = np.empty((self._dofs.shape[0], 2))
         kernels.energy(*self._arguments(x, out))
         membrane, bending = out.sum(axis=0)
         return float(membrane), float(bending)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """First variation W' [T 2.18a].
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array
-            A dof vector.
-        """
+        # [T 2.18a]
         return self._scatter.vector(self.elements(x, False)[0])
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        """W' and W'' [T 2.18] from one pass of the kernel.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array and (3 n_coefficients, 3 n_coefficients) sparse matrix
-        """
+        # [T 2.18]
         R, K = self.elements(x, True)
         return self._scatter.vector(R), self._scatter.matrix(K)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..surfaces.jets import Jets
 from ..surfaces.membrane_rule import membrane_points
-from ..surfaces.surface_basis import Jets, SurfaceBasis
+from ..surfaces.surface_basis import SurfaceBasis
 from .frame import frame_transform, fundamental_forms, jets_in_frame
 from .material import Material
 

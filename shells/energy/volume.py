@@ -14,9 +14,10 @@ from scipy.sparse import csr_matrix
 from ..surfaces.form import Scatter
 from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
+from .interface import Enclosure
 
 
-class EnclosedVolume:
+class EnclosedVolume(Enclosure):
     """Volume under a surface, with gradient and Hessian.
 
     Parameters
@@ -46,43 +47,13 @@ class EnclosedVolume:
         return Q, R, K
 
     def value(self, x: np.ndarray) -> float:
-        """Enclosed volume Q.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        float
-        """
         return float(self._elements(x, 0)[0].sum()) + self.offset
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """First variation Q'.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array
-            A dof vector.
-        """
         return self._scatter.vector(self._elements(x, 1)[1])
 
     def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Q, Q' and Q'' [T 2.30] from one pass.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        float, (3 n_coefficients,) array, (3 n_coefficients, 3 n_coefficients) sparse matrix
-        """
+        # [T 2.30]
         Q, R, K = self._elements(x, 2)
         return float(Q.sum()) + self.offset, self._scatter.vector(R), self._scatter.matrix(K)
 
@@ -136,7 +107,14 @@ class OpenVolume(EnclosedVolume):
     """Volume under a tube whose open ends move, closed by flat lids.
 
     The pressure acts on the surface only (short form); the Hessian is symmetric where the lids
-    stay in their planes. The surface must be periodic in t and without poles at its open ends.
+    stay in their planes.
+
+    Parameters
+    ----------
+    basis : SurfaceBasis
+        Vector basis of a surface that is periodic in t and has no poles at its open ends.
+    offset : float
+        Volume of the part that does not move.
 
     Raises
     ------
@@ -175,49 +153,13 @@ class OpenVolume(EnclosedVolume):
         return total
 
     def value(self, x: np.ndarray) -> float:
-        """Enclosed volume Q, lids included.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        float
-        """
         return super().value(x) + self._lid_volume(np.asarray(x, dtype=float).reshape(-1, 3))
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Force of a unit pressure on the surface (see `pressure_force`).
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        (3 n_coefficients,) array
-            A dof vector.
-        """
         return self.pressure_force(x)[0]
 
     def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Q, the force of a unit pressure and its derivative.
-
-        Parameters
-        ----------
-        x : (n_coefficients, 3) array
-
-        Returns
-        -------
-        float, (3 n_coefficients,) array, (3 n_coefficients, 3 n_coefficients) sparse matrix
-        """
         return self.value(x), *self.pressure_force(x)
 
     def check(self, extraction: csr_matrix) -> None:
-        """Accept all supports: open boundaries may move.
-
-        Parameters
-        ----------
-        extraction : (3 n_coefficients, n_free) sparse matrix
-        """
+        return  # nothing to refuse: open boundaries may move

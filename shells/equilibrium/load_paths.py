@@ -55,6 +55,7 @@ class Path:
 
     @property
     def ok(self) -> bool:
+        """Whether the path reached its last station."""
         return not self.failure
 
 
@@ -84,6 +85,10 @@ def follow(
         First one to try; default all the way to the first station.
     accepted : callable
         Hears the path so far at each station.
+
+    Returns
+    -------
+    Path
 
     Raises
     ------
@@ -122,7 +127,27 @@ def follow(
 def static_path(
     structure: ShellStructure, coefficients: np.ndarray, volumes: Sequence[float]
 ) -> Path:
-    """Equilibria along growing enclosed volumes (see `follow`)."""
+    """Equilibria along growing enclosed volumes, each step halved where Newton fails.
+
+    Parameters
+    ----------
+    structure : ShellStructure
+        With an enclosed volume.
+    coefficients : (n_full, 3) array
+        Configuration at the start.
+    volumes : sequence of float
+        Stations.
+
+    Returns
+    -------
+    Path
+        A step for each station reached; ``ok`` and ``failure`` tell why there are no more.
+
+    Raises
+    ------
+    ValueError
+        Without a volume beyond that of the start.
+    """
 
     def solve(volume: float, state: ShellState) -> ShellStep:
         return structure.static(state.coefficients, volume, pressure=state.pressure)
@@ -140,9 +165,30 @@ def load_path(
     start: float = 0.0,
     **options: Any,
 ) -> Path:
-    """Equilibria at fractions of a load; ``load(fraction)`` is what `static` takes.
+    """Equilibria at fractions of a load, each step halved where Newton fails.
 
-    ``coefficients`` carry the fraction ``start``; ``options`` are those of `follow`.
+    Parameters
+    ----------
+    structure : ShellStructure
+    coefficients : (n_full, 3) array
+        Equilibrium at the fraction ``start``.
+    load : callable
+        ``load(fraction)`` returns a load as `ShellStructure.static` takes it.
+    fractions : sequence of float
+        Stations.
+    start : float
+    **options
+        ``floor``, ``increment`` and ``accepted`` of `follow`.
+
+    Returns
+    -------
+    Path
+        A step for each station reached; ``ok`` and ``failure`` tell why there are no more.
+
+    Raises
+    ------
+    ValueError
+        Without a fraction beyond the start; supports that leave a rigid motion free.
     """
 
     def solve(fraction: float, state: ShellState) -> ShellStep:

@@ -24,7 +24,7 @@ REACH = 0.1  # largest move of one step over the structure's length
 class Minimum:
     """Where the descent ended.
 
-    Attributes
+    Parameters
     ----------
     state : ShellState
         On failure, the lowest state found.

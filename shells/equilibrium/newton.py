@@ -77,13 +77,6 @@ class Equations:
     defect: float = 0.0
 
 
-class System(Protocol):
-    """Equations ``r(x, lam) = 0, g(x) = 0``."""
-
-    def __call__(self, x: np.ndarray, multiplier: float, with_tangent: bool, /) -> Equations:
-        """The equations at an iterate; the tangent may be left out where it is not wanted."""
-
-
 class Factor(Protocol):
     """A factored tangent K that solves with the constraint's row and column around it."""
 
@@ -140,7 +133,7 @@ def factorize(matrix: Matrix) -> Solve:
 
 
 def solve(
-    system: System,
+    system: Callable[[np.ndarray, float, bool], Equations],
     x: np.ndarray,
     multiplier: float,
     factor: Callable[[Matrix], Factor],
@@ -153,7 +146,9 @@ def solve(
 
     Parameters
     ----------
-    system : System
+    system : callable
+        ``system(x, lam, with_tangent)`` returns the `Equations` at an iterate; the tangent may
+        be left out where it is not wanted.
     x : (n,) array
         Start.
     multiplier : float

@@ -14,7 +14,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from ..conditions.rigid_motions import Mechanism, mechanism
-from ..energy.protocols import Enclosure, ShellEnergy
+from ..energy.interface import Enclosure, ShellEnergy
 from . import newton
 
 

@@ -9,7 +9,6 @@ orthonormal tangent frame, which is all that the parametrization-free formulatio
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
@@ -20,8 +19,10 @@ from skfem import BilinearForm, MeshQuad
 from skfem.assembly.basis import AbstractBasis
 from skfem.element import DiscreteField, ElementQuad1
 
+from .jets import Jets
 from .spline_surface import SplineSurface
 from .splines import bernstein
+from .vector_functions import VectorFunctions
 
 
 def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
@@ -35,53 +36,6 @@ def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> s
         f"{bad.size} element(s) of the reference surface are degenerate (parallel tangents or not "
         f"finite): first element ({i}, {j}) near ({where}); check its control points"
     )
-
-
-@dataclass(frozen=True)
-class Jets:
-    """A surface and its derivatives at quadrature points.
-
-    Attributes
-    ----------
-    value : (n_elements, n_points, 3) array
-    grad : (2, n_elements, n_points, 3) array
-        Derivatives along s and t.
-    hess : (3, n_elements, n_points, 3) array
-        Second derivatives ss, tt, st.
-    """
-
-    value: np.ndarray
-    grad: np.ndarray
-    hess: np.ndarray
-
-    @cached_property
-    def normal(self) -> np.ndarray:
-        """Unnormalised normal ``X_s x X_t``, ``(n_elements, n_points, 3)``."""
-        return np.cross(self.grad[0], self.grad[1])
-
-
-class _Components:
-    """Vector-valued basis functions made on access: storage stays scalar."""
-
-    def __init__(self, basis: SurfaceBasis, components: int):
-        self._basis, self._components = basis, components
-
-    def __len__(self) -> int:
-        return self._basis.values.shape[0] * self._components
-
-    def __getitem__(self, i: int) -> tuple[DiscreteField, ...]:
-        a, c = divmod(range(len(self))[i], self._components)
-        b = self._basis
-        hess = np.stack([b.hess[0, a], b.hess[2, a], b.hess[2, a], b.hess[1, a]])
-        parts = (b.values[a], b.grads[:, a], hess.reshape(2, 2, *hess.shape[1:]))
-        if self._components == 1:
-            return (DiscreteField(value=parts[0], grad=parts[1], hess=parts[2]),)
-        full = []
-        for part in parts:
-            array = np.zeros((self._components, *part.shape))
-            array[c] = part
-            full.append(array)
-        return (DiscreteField(value=full[0], grad=full[1], hess=full[2]),)
 
 
 class SurfaceBasis(AbstractBasis):
@@ -141,7 +95,7 @@ class SurfaceBasis(AbstractBasis):
             element_dofs=dofs.astype(np.int32), N=components * surface.n_coefficients
         )
         self.Nbfun = dofs.shape[0]
-        self.basis = _Components(self, components)
+        self.basis = VectorFunctions(self.values, self.grads, self.hess, components)
 
     def mass(self, density: float) -> csr_matrix:
         """Mass matrix of a uniform areal density.
