@@ -94,7 +94,7 @@ class Balance:
             r = r + self.operator @ q
         return r if self.damping is None else r + self.damping(q)
 
-    def _factor(self, tangent: newton.Matrix) -> newton.Factor:
+    def _factor(self, tangent: newton.Matrix) -> newton.TangentFactor:
         solve = self.structure.solver(tangent)
         if self.damping is None:
             return newton.BlockElimination(solve)

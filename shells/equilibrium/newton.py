@@ -77,7 +77,7 @@ class Equations:
     defect: float = 0.0
 
 
-class Factor(Protocol):
+class TangentFactor(Protocol):
     """A factored tangent K that solves with the constraint's row and column around it."""
 
     def bordered(
@@ -136,7 +136,7 @@ def solve(
     system: Callable[[np.ndarray, float, bool], Equations],
     x: np.ndarray,
     multiplier: float,
-    factor: Callable[[Matrix], Factor],
+    factor: Callable[[Matrix], TangentFactor],
     *,
     tolerance: float,
     max_iterations: int,
@@ -169,7 +169,7 @@ def solve(
     x, count = x.copy(), 0
     history: list[float] = []
     norms: list[float] = []
-    factored: Factor | None = None
+    factored: TangentFactor | None = None
 
     def ended(outcome: NewtonOutcome) -> NewtonResult:
         residual = norms[-1] / norms[0] if norms and norms[0] > 0.0 else 0.0
