@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import bsr_matrix, csr_matrix, kron
 
 from ..surfaces.spline_surface import SplineSurface
+from ..surfaces.splines import unit_gauss
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,7 @@ def edge(surface: SplineSurface, direction: str, end: int, reference: np.ndarray
     ValueError
         If no element touches that edge (a restriction elsewhere, a periodic direction).
     """
-    x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
+    x, w = unit_gauss(surface.degree + 1)
     fixed = np.full_like(x, float(end))
     xi, eta = (fixed, x) if direction == "s" else (x, fixed)
     es, et = np.divmod(surface.selected, surface.t.n_elements)

@@ -37,7 +37,7 @@ def extraction(
         Vector dofs that do not move.
     n_fixed_rows : int
         Further coefficients after the surface's own that never move (an inlet).
-    ties : (slaves, masters), optional
+    ties : (tied, leaders), optional
         Vector dofs that move as others do (see `symmetry`).
 
     Returns
@@ -89,8 +89,8 @@ class Support:
     """Vector dofs that do not move, and pairs that move alike (see `supported`)."""
 
     fixed: np.ndarray
-    slaves: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
-    masters: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    tied: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    leaders: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
 
 
 def _row(surface: SplineSurface, direction: str, end: int, layer: int = 0) -> np.ndarray:
@@ -230,13 +230,13 @@ def supported(surface: SplineSurface, *supports: Support) -> csr_matrix:
         A fixed dof that shares its pole dofs with free ones, or nothing left free.
     """
     n = 3 * surface.n_coefficients
-    fixed, slaves, masters = (
+    fixed, tied, leaders = (
         np.concatenate([np.empty(0, dtype=int), *(getattr(s, name) for s in supports)])
-        for name in ("fixed", "slaves", "masters")
+        for name in ("fixed", "tied", "leaders")
     )
-    graph = coo_matrix((np.ones(slaves.size), (slaves, masters)), shape=(n, n))
+    graph = coo_matrix((np.ones(tied.size), (tied, leaders)), shape=(n, n))
     _, group = connected_components(graph, directed=False)
     held = np.flatnonzero(np.isin(group, group[fixed]))
     first = np.unique(group, return_index=True)[1][group]
-    tied = np.setdiff1d(np.flatnonzero(first != np.arange(n)), held)
-    return extraction(surface.reduction, held, ties=(tied, first[tied]))
+    moved = np.setdiff1d(np.flatnonzero(first != np.arange(n)), held)
+    return extraction(surface.reduction, held, ties=(moved, first[moved]))

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.form import Scatter
+from ..surfaces.splines import unit_gauss
 from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
 from .interface import Enclosure
@@ -127,8 +128,7 @@ class OpenVolume(EnclosedVolume):
         surface = basis.surface
         if not surface.t.periodic:
             raise ValueError("an open sheet encloses no volume: only tubes (t periodic) do")
-        x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
-        x, w = 0.5 * (x + 1.0), 0.5 * w
+        x, w = unit_gauss(surface.degree + 1)
         self._lids = []
         for end, present in ((0, surface.pole_start), (1, surface.pole_end)):
             if present:

@@ -17,7 +17,7 @@ def static_equilibrium(
     pressure: float,
     load: np.ndarray | Follower | None,
 ) -> ShellStep:
-    """Equilibrium near a configuration; the parameters are those of `ShellStructure.static`."""
+    """Equilibrium near a configuration; parameters and errors as in `ShellStructure.static`."""
     structure.mechanism.refuse()
     linear = np.zeros(structure.E.shape[1])
     follower = None

@@ -19,7 +19,7 @@ from . import newton
 
 
 class SupportedShell:
-    """What a structure is; see `ShellStructure` for the parameters.
+    """What a structure is; see `ShellStructure` for parameters and errors.
 
     Attributes
     ----------

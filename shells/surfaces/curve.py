@@ -31,6 +31,7 @@ class CurveJets:
 
     @property
     def normal(self) -> np.ndarray:
+        """Tangent turned outward, as long as the tangent."""
         return rot(self.tangent)
 
 

@@ -28,6 +28,12 @@ def bernstein(degree: int, x: np.ndarray, derivative: int = 0) -> np.ndarray:
     return binomial.reshape(k.shape) * x**k * (1.0 - x) ** (degree - k)
 
 
+def unit_gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights ``(n,)`` on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return 0.5 * (x + 1.0), 0.5 * w
+
+
 @dataclass(frozen=True)
 class SplineSpace:
     """Splines of one variable on given breaks.

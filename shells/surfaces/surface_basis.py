@@ -2,8 +2,8 @@
 
 The parametric mesh is a plain quadrilateral grid; the reference configuration enters through
 ``dx = |X_s x X_t| ds dt``, so that forms integrate over the reference surface. Derivatives of
-``DiscreteField`` are parametric (``grad``, ``hess``); `frame` turns them into derivatives in an
-orthonormal tangent frame, which is all that the parametrization-free formulation needs.
+``DiscreteField`` are parametric (``grad``, ``hess``); `shells.energy.frame` turns them into
+derivatives in an orthonormal tangent frame, all that a parametrization-free energy needs.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from skfem.element import DiscreteField, ElementQuad1
 
 from .jets import Jets
 from .spline_surface import SplineSurface
-from .splines import bernstein
+from .splines import bernstein, unit_gauss
 from .vector_functions import VectorFunctions
 
 
@@ -69,8 +69,7 @@ class SurfaceBasis(AbstractBasis):
     ):
         self.surface, self.components = surface, components
         n = surface.degree + 1 if points is None else points
-        x, w = np.polynomial.legendre.leggauss(n)
-        x, w = 0.5 * (x + 1.0), 0.5 * w
+        x, w = unit_gauss(n)
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
         self._evaluate(xi, eta)
