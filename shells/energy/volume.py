@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.form import Scatter
+from ..surfaces.spline_surface import SplineSurface
 from ..surfaces.splines import unit_gauss
 from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
@@ -126,7 +127,7 @@ class OpenVolume(EnclosedVolume):
     def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
         super().__init__(basis, offset)
         surface = basis.surface
-        if not surface.t.periodic:
+        if not (isinstance(surface, SplineSurface) and surface.t.periodic):
             raise ValueError("an open sheet encloses no volume: only tubes (t periodic) do")
         x, w = unit_gauss(surface.degree + 1)
         self._lids = []

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from . import newton
 from .balance import Balance
-from .state import ShellState, ShellStep
+from .state import MotionState, ShellState, ShellStep
 from .supported_shell import SupportedShell
 
 Damping: TypeAlias = np.ndarray | LinearOperator
@@ -21,7 +21,7 @@ Damping: TypeAlias = np.ndarray | LinearOperator
 
 def step(
     structure: SupportedShell,
-    state: ShellState,
+    state: MotionState,
     load: np.ndarray | None,
     dt: float,
     volume: float | None,
@@ -52,7 +52,7 @@ def step(
     return ShellStep.of(new, result)
 
 
-def inverse_tangent(structure: SupportedShell, state: ShellState, dt: float) -> LinearOperator:
+def inverse_tangent(structure: SupportedShell, state: MotionState, dt: float) -> LinearOperator:
     """Inverse of ``M/dt^2 + W'' - p Q''`` under ``Q'(x) = 0``, ``3 n_full`` square."""
     s, c = structure, structure.own(state.coefficients)
     _, tangent = s.shell.gradient_and_tangent(c)

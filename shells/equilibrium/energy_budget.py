@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .state import ShellState
+from .state import MotionState
 from .supported_shell import SupportedShell
 
 
-def energies(structure: SupportedShell, state: ShellState) -> dict[str, float]:
+def energies(structure: SupportedShell, state: MotionState) -> dict[str, float]:
     """Kinetic, membrane and bending energy of a state."""
     membrane, bending = structure.shell.energy(structure.own(state.coefficients))
     v = structure.own(state.velocity)
@@ -23,8 +23,8 @@ def energies(structure: SupportedShell, state: ShellState) -> dict[str, float]:
 
 def budget(
     structure: SupportedShell,
-    start: ShellState,
-    end: ShellState,
+    start: MotionState,
+    end: MotionState,
     load: np.ndarray | None,
     acceleration: np.ndarray | None = None,
 ) -> dict[str, float]:

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from .newton import NewtonOutcome, NewtonResult
+
+
+class MotionState(Protocol):
+    """What a step reads of a state, whoever made it; `ShellState` says what it means."""
+
+    @property
+    def t(self) -> float: ...
+    @property
+    def coefficients(self) -> np.ndarray: ...
+    @property
+    def velocity(self) -> np.ndarray: ...
+    @property
+    def pressure(self) -> float: ...
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from ..conditions.loads import Follower
 from . import backward_euler, energy_budget
-from .state import ShellState, ShellStep
+from .state import MotionState, ShellStep
 from .static import static_equilibrium
 from .supported_shell import SupportedShell
 
@@ -50,7 +50,7 @@ class ShellStructure(SupportedShell):
 
     def step(
         self,
-        state: ShellState,
+        state: MotionState,
         load: np.ndarray | None,
         dt: float,
         volume: float | None,
@@ -79,7 +79,7 @@ class ShellStructure(SupportedShell):
         """
         return backward_euler.step(self, state, load, dt, volume, damping, guess)
 
-    def linearised(self, state: ShellState, dt: float) -> LinearOperator:
+    def linearised(self, state: MotionState, dt: float) -> LinearOperator:
         """Inverse of ``M/dt^2 + W'' - p Q''`` under ``Q'(x) = 0``.
 
         Parameters
@@ -93,7 +93,7 @@ class ShellStructure(SupportedShell):
         """
         return backward_euler.inverse_tangent(self, state, dt)
 
-    def energies(self, state: ShellState) -> dict[str, float]:
+    def energies(self, state: MotionState) -> dict[str, float]:
         """Kinetic, membrane and bending energy of a state.
 
         Parameters
@@ -109,8 +109,8 @@ class ShellStructure(SupportedShell):
 
     def budget(
         self,
-        start: ShellState,
-        end: ShellState,
+        start: MotionState,
+        end: MotionState,
         load: np.ndarray | None,
         acceleration: np.ndarray | None = None,
     ) -> dict[str, float]:

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .spline_surface import SplineSurface
 from .splines import SplineSpace, bernstein
+from .tensor_surface import TensorSurface
 
 
 def reduced_rule(space: SplineSpace) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +103,7 @@ class MembranePoints:
     dx: np.ndarray
 
 
-def membrane_points(surface: SplineSurface, reference: np.ndarray | Callable) -> MembranePoints:
+def membrane_points(surface: TensorSurface, reference: np.ndarray | Callable) -> MembranePoints:
     """The rule on a surface, or on a block of its elements.
 
     Raises

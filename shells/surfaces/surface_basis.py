@@ -22,10 +22,11 @@ from skfem.element import DiscreteField, ElementQuad1
 from .jets import Jets
 from .spline_surface import SplineSurface
 from .splines import bernstein, unit_gauss
+from .tensor_surface import TensorSurface
 from .vector_functions import VectorFunctions
 
 
-def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
+def _degenerate(surface: TensorSurface, ok: np.ndarray, points: np.ndarray) -> str:
     """Which elements have parallel tangents, and where."""
     bad = np.flatnonzero(~ok.all(axis=1))
     e = int(bad[0])
@@ -43,7 +44,8 @@ class SurfaceBasis(AbstractBasis):
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : TensorSurface
+        A `SplineSurface` or a `Pillow`.
     reference : (n_coefficients, 3) array, callable or Jets
         Reference configuration as coefficients, jets at the points, or an exact one:
         ``reference(s, t)`` returns ``X, (X_s, X_t), (X_ss, X_tt, X_st)``, each ``(..., 3)``.
@@ -62,7 +64,7 @@ class SurfaceBasis(AbstractBasis):
 
     def __init__(
         self,
-        surface: SplineSurface,
+        surface: TensorSurface,
         reference: np.ndarray | Callable | Jets,
         points: int | None = None,
         components: int = 3,
@@ -259,8 +261,16 @@ class SurfaceBasis(AbstractBasis):
         Returns
         -------
         (n,) int array
+
+        Raises
+        ------
+        ValueError
+            A surface that is no `SplineSurface`.
         """
-        pick = self.surface.ring if direction == "s" else self.surface.column
+        surface = self.surface
+        if not isinstance(surface, SplineSurface):
+            raise ValueError("only a SplineSurface has edges of its grid; a Pillow has none")
+        pick = surface.ring if direction == "s" else surface.column
         rows = pick(layer if end == 0 else -1 - layer)
         return (self.components * rows[:, None] + np.arange(self.components)).ravel()
 

@@ -49,6 +49,11 @@ class TensorSurface(ABC):
         """Scalar extraction ``(n_coefficients, k)``: coefficients of a smooth field from dofs."""
 
     @property
+    @abstractmethod
+    def open_edges(self) -> dict[str, np.ndarray]:
+        """Coefficients along each edge that nothing closes, by the edge's name."""
+
+    @property
     def density_reduction(self) -> csr_matrix:
         """Scalar extraction of the density basis; that of smooth fields unless overridden."""
         return self.reduction

@@ -11,7 +11,8 @@ from coupling import Fluid, State
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
 from coupling.stepping.operator_reuse import OperatorReuse, reach
-from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
+from shells.energy.frame import curvature_in_frame
+from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
@@ -74,6 +75,7 @@ def structure(scene: InflationScene, body: Bag) -> ShellStructure:
     # creases that have set do not
     unfolds = flat is not folded and c.reference != "creased"
     curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
+    assert body.inlet is not None  # bags of this kind have one
     lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
@@ -92,7 +94,8 @@ def relaxed(shell: ShellStructure, start: State) -> State:
     while left and dt > 1e-4 * RELAXATION_STEP:
         step = shell.step(State(0.0, state.coefficients, at_rest, state.pressure), None, dt, volume)
         if step.ok:
-            state, left = step.state, left - 1
+            s = step.state
+            state, left = State(s.t, s.coefficients, s.velocity, s.pressure), left - 1
         else:
             dt *= 0.5
     return State(0.0, state.coefficients, at_rest, state.pressure)

@@ -85,7 +85,7 @@ class BagStructure:
     """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
 
     ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
-    points of the membrane energy: ``"patch"`` is the reduced rule that does not lock.
+    points of the membrane energy: ``"reduced"`` is the rule of fewer points that does not lock.
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
     folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
     both from the folded state (only pressure opens it).
@@ -97,7 +97,7 @@ class BagStructure:
     flexural_rigidity: float = rule(1e-2, above=0.0)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
-    membrane: str = rule("gauss", choices=("gauss", "patch"))
+    membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("folded", choices=("folded", "flat", "creased"))
 
 

@@ -83,7 +83,7 @@ def _locked(scene: InflationScene, body: Bag) -> str | None:
     pillow = isinstance(scene.geometry, PillowGeometry)
     others = [
         f"{locking.loss(x, d, m):.1%} with mesh.degree = {d}, structure.membrane = {m!r}"
-        for d, m in ((3, "gauss"), (3, "patch"))
+        for d, m in ((3, "gauss"), (3, "reduced"))
         if not pillow and (d, m) != (degree, c.membrane) and locking.loss(x, d, m) < lost
     ]
     points, values = locking.MEASURED[degree, c.membrane]
