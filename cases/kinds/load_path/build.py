@@ -71,7 +71,7 @@ def problem(scene: LoadPathScene) -> LoadPathProblem:
     structure = ShellStructure(shell, E, tolerance=NEWTON)
     start = np.zeros_like(flat) if exact else flat
     return LoadPathProblem(
-        structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact)
+        shell, structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact)
     )
 
 
