@@ -73,10 +73,12 @@ def test_public_names_are_documented(name: str) -> None:
     thing = getattr(importlib.import_module(package), attribute)
     if not callable(thing):
         return
-    enumeration = inspect.isclass(thing) and hasattr(thing, "__members__")
-    wrong = [] if enumeration else _missing(attribute, thing)
+    # members of an enumeration explain themselves, a Protocol is not made by calling it
+    made = not (hasattr(thing, "__members__") or getattr(thing, "_is_protocol", False))
+    wrong = _missing(attribute, thing, parameters=made)
     if inspect.isclass(thing):
         for method, function in vars(thing).items():
-            if inspect.isfunction(function) and not method.startswith("_"):
-                wrong += _missing(f"{attribute}.{method}", function, parameters=False)
+            public = not method.startswith("_") and getattr(function, "__name__", "") == method
+            if inspect.isfunction(function) and public:
+                wrong += _missing(f"{attribute}.{method}", getattr(thing, method), parameters=False)
     assert wrong == []
