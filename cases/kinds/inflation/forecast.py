@@ -119,11 +119,15 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
     """How a bag is folded, measured on its fit, against the rules of folding."""
     found, fold = inspect(body), body.folding
     low, p1, p99, high = found.stretches
-    crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
         Item("inlet faces", faced, "", "distance outward to the nearest sheet"),
-        Item("self-intersections", crossing, "", "of the folded bag; of the sampled surface"),
+        Item(
+            "self-intersections",
+            "YES" if found.crosses else "none",
+            "",
+            "of the folded bag; of the sampled surface",
+        ),
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()
