@@ -43,7 +43,7 @@ def crumple(
     coefficients : (n_coefficients, 3) array
         A bag without contact.
     held : (n,) int array
-        Elements that do not move (the inflow patch).
+        Elements that do not move (the inlet).
     amplitude : float
         Displacement a round over the bag's size.
     distance : float, optional

@@ -30,7 +30,7 @@ class Inspection:
     curvature : float
         Largest ``|gap kappa / 2|``, 1 where a sheet turns inside out.
     faced : float
-        Distance from the inflow patch outward to the nearest sheet; infinite if there is none.
+        Distance from the inlet outward to the nearest sheet; infinite if there is none.
     crosses : bool
         Whether the bag crosses itself.
     """
@@ -56,7 +56,7 @@ class Inspection:
             )
         if self.faced < np.inf:
             found.append(
-                f"the inflow patch faces a sheet {self.faced:.3g} away and would suck it in; "
+                f"the inlet faces a sheet {self.faced:.3g} away and would suck it in; "
                 "use a fold whose end panel is outermost"
             )
         return found

@@ -71,7 +71,7 @@ class PillowMesh:
     """``around`` elements around, ``across`` between the zipped ends (0: half as many).
 
     All of degree 2, as the corner conditions are those of biquadratic splines; ``inlet`` elements
-    along a side of the inflow patch.
+    along a side of the inlet.
     """
 
     degree: int = rule(2, choices=(2,))

@@ -126,7 +126,7 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
             "self-intersections",
             "YES" if found.crosses else "none",
             "",
-            "of the folded bag; of the sampled surface",
+            "of the sampled bag",
         ),
     ]
     if np.isinf(fold.radius):

@@ -46,12 +46,12 @@ class InflationPlan:
 
     @cached_property
     def unknowns(self) -> int:
-        """Traction components on membrane and inflow patch."""
+        """Traction components on membrane and inlet."""
         return 3 * sum(part.n_dofs for part in self.bag.parts)
 
     @cached_property
     def elements(self) -> int:
-        """Elements of membrane and inflow patch."""
+        """Elements of membrane and inlet."""
         return sum(part.n_elements for part in self.bag.parts)
 
     @cached_property
