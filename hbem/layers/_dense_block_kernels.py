@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ._dense_layer_kernels import add_sources, target_kernels
+from .._stokes_kernels import OVER_8_PI, stokeslet_components
+from ._dense_layer_kernels import add_sources
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -83,7 +84,8 @@ def plain_block(
             for j in range(first, last):
                 f = elements[j]
                 for q in range(nq):
-                    target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
+                    strength = OVER_8_PI * weights[f, q]
+                    stokeslet_components(strength, targets[e], sources[f, q], tiny, kernel[q])
                 for row in range(table_indptr[f], table_indptr[f + 1]):
                     b = local[row]
                     if b >= 0:
