@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .._stokes_kernels import OVER_8_PI, stresslet
+
 LANES = 32
-EIGHT_PI = 8.0 * np.pi
-FOUR_PI_THIRD = 4.0 * np.pi / 3.0
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -21,7 +21,7 @@ def single(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
     n0, n1, n2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     square = r0 * r0 + r1 * r1 + r2 * r2
     inverse = 1.0 / (square if square > tiny else tiny)
-    one = w * (1.0 / EIGHT_PI) * np.sqrt((n0 * n0 + n1 * n1 + n2 * n2) * inverse)
+    one = w * OVER_8_PI * np.sqrt((n0 * n0 + n1 * n1 + n2 * n2) * inverse)
     one = one if square > tiny else 0.0
     three = one * inverse
     t0, t1 = three * r0, three * r1
@@ -32,11 +32,7 @@ def single(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
 def double(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
     """Components of the double layer, the unit normal times ``|a x b|`` being ``a x b``."""
     n0, n1, n2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
-    square = r0 * r0 + r1 * r1 + r2 * r2
-    inverse = 1.0 / (square if square > tiny else tiny)
-    five = w * (1.0 / FOUR_PI_THIRD) * (r0 * n0 + r1 * n1 + r2 * n2) * inverse * inverse
-    five = five * np.sqrt(inverse)
-    five = five if square > tiny else 0.0
+    five = stresslet(w * OVER_8_PI, r0, r1, r2, n0, n1, n2, tiny)
     t0, t1 = five * r0, five * r1
     return t0 * r0, t0 * r1, t0 * r2, t1 * r1, t1 * r2, five * r2 * r2
 
