@@ -24,7 +24,6 @@ from ._vector_kernels import (
 )
 
 BLOCKS = 32  # sets of buffers: few, as allocating them takes turns
-SELF = -1.0  # marks the pair of a point with its own element
 POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or with plain rule
 
 
