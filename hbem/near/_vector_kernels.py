@@ -38,6 +38,14 @@ def double(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
+def components(layer, r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
+    """`single` or `double`; the compiler takes the choice out of a loop over lanes."""
+    if layer == 0:
+        return single(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny)
+    return double(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
 def start(coefficients, y, slope):
     """Begin a Horner sum."""
     for x in range(y.size):
@@ -180,90 +188,53 @@ def general(g, target, row, sigma, place):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def quadratic_single(target, row, sigma, ws, wt, tiny, out):
-    """The single layer at one node of every lane, biquadratic patches: ``out (6, LANES)``."""
+def quadratic_values(layer, target, row, sigma, ws, wt, tiny, out):
+    """`kernel_values` of biquadratic patches."""
     n = LANES
     for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = single(
-            *quadratic(target, row, sigma[x], x), ws[x] * wt[x], tiny
+        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
+            components(layer, *quadratic(target, row, sigma[x], x), ws[x] * wt[x], tiny)
         )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def cubic_single(target, row, sigma, ws, wt, tiny, out):
-    """The single layer at one node of every lane, bicubic patches: ``out (6, LANES)``."""
+def cubic_values(layer, target, row, sigma, ws, wt, tiny, out):
+    """`kernel_values` of bicubic patches."""
     n = LANES
     for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = single(
-            *cubic(target, row, sigma[x], x), ws[x] * wt[x], tiny
+        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
+            components(layer, *cubic(target, row, sigma[x], x), ws[x] * wt[x], tiny)
         )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def general_single(place, ws, wt, tiny, out):
-    """The same from `general` points."""
+def general_values(layer, place, ws, wt, tiny, out):
+    """`kernel_values` from `general` points."""
     n = LANES
     for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = single(
-            place[x], place[n + x], place[2 * n + x],
-            place[3 * n + x], place[4 * n + x], place[5 * n + x],
-            place[6 * n + x], place[7 * n + x], place[8 * n + x],
-            ws[x] * wt[x], tiny,
-        )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def quadratic_double(target, row, sigma, ws, wt, tiny, out):
-    """The double layer at one node of every lane, biquadratic patches: ``out (6, LANES)``."""
-    n = LANES
-    for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = double(
-            *quadratic(target, row, sigma[x], x), ws[x] * wt[x], tiny
-        )
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def cubic_double(target, row, sigma, ws, wt, tiny, out):
-    """The double layer at one node of every lane, bicubic patches: ``out (6, LANES)``."""
-    n = LANES
-    for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = double(
-            *cubic(target, row, sigma[x], x), ws[x] * wt[x], tiny
-        )
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def general_double(place, ws, wt, tiny, out):
-    """The same from `general` points."""
-    n = LANES
-    for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = double(
-            place[x], place[n + x], place[2 * n + x],
-            place[3 * n + x], place[4 * n + x], place[5 * n + x],
-            place[6 * n + x], place[7 * n + x], place[8 * n + x],
-            ws[x] * wt[x], tiny,
+        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
+            components(
+                layer, place[x], place[n + x], place[2 * n + x],
+                place[3 * n + x], place[4 * n + x], place[5 * n + x],
+                place[6 * n + x], place[7 * n + x], place[8 * n + x],
+                ws[x] * wt[x], tiny,
+            )
         )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def kernel_values(g, layer, target, row, sigma, ws, wt, tiny, place, out):
-    """Six kernel components at one node of every lane; ``layer`` 0 single, 1 double."""
+    """Six kernel components at one node of every lane: ``out (6, LANES)``.
+
+    ``layer`` 0 is the single layer, 1 the double; g the degree of the patch.
+    """
     if g == 2:
-        if layer == 0:
-            quadratic_single(target, row, sigma, ws, wt, tiny, out)
-        else:
-            quadratic_double(target, row, sigma, ws, wt, tiny, out)
+        quadratic_values(layer, target, row, sigma, ws, wt, tiny, out)
     elif g == 3:
-        if layer == 0:
-            cubic_single(target, row, sigma, ws, wt, tiny, out)
-        else:
-            cubic_double(target, row, sigma, ws, wt, tiny, out)
+        cubic_values(layer, target, row, sigma, ws, wt, tiny, out)
     else:
         general(g, target, row, sigma, place)
-        if layer == 0:
-            general_single(place, ws, wt, tiny, out)
-        else:
-            general_double(place, ws, wt, tiny, out)
+        general_values(layer, place, ws, wt, tiny, out)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
