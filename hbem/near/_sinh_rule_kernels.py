@@ -11,17 +11,9 @@ import numpy as np
 from numba import njit, prange
 
 from ._closest_point_kernels import SMALLEST
+from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
 from ._polar_rule_kernels import EDGES, RAY, metric, polar_pass, triangle
-from ._vector_kernels import (
-    LANES,
-    add_node,
-    add_nodes,
-    bernstein_lanes,
-    clear,
-    kernel_values,
-    lane,
-    row_polynomials,
-)
+from ._vector_kernels import add_node, add_nodes, clear, kernel_values
 
 BLOCKS = 32  # sets of buffers: few, as allocating them takes turns
 POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or with plain rule
