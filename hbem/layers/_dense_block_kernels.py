@@ -1,7 +1,8 @@
 """Compiled dense blocks of the plain far operator ``B^T W G W B`` between some density functions.
 
-Element by element as in the dense assembly: targets contiguous, source functions one at a time.
-The point kernel is symmetric, so where both sides use the same points half of the pairs suffice.
+B are the density functions at quadrature points, W their weights, G the Stokeslet. Element by
+element as in the dense assembly: targets contiguous, source functions one at a time. G is
+symmetric, so where both sides use the same points half of the pairs suffice.
 """
 
 from __future__ import annotations

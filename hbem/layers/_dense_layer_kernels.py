@@ -1,8 +1,9 @@
 """Compiled dense assembly of the plain part of the single layer.
 
-``B^T W G W B``: one target element at a time, targets contiguous, so that every
-inner loop is a plain vector operation; then test functions, one density function at a time.
-Each target element and each function writes its own rows: results do not depend on threads.
+``B^T W G W B`` with the density functions B at quadrature points, their weights W and the
+Stokeslet G: one target element at a time, targets contiguous, so that every inner loop is a plain
+vector operation; then test functions, one density function at a time. Each target element and each
+function writes its own rows: results do not depend on threads.
 """
 
 from __future__ import annotations

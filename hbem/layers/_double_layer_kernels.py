@@ -1,6 +1,7 @@
-"""Compiled plain point sums of the double layer ``3 / 4 pi r_i r_k (r . n) / r^5`` [T 3.10b].
+"""Compiled plain point sums of the double layer: stresslets [T 3.10b] of weighted normals.
 
-Targets come in blocks of `BLOCK`, padded, one vector operation a source, as for the single layer.
+Targets come in blocks of `BLOCK`, the last one filled up with copies of its last target: one
+vector operation a source, as for the single layer.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Compiled plain point sums: every target with every source, kernel values never stored.
 
-Targets come in blocks of `BLOCK`, padded, one vector operation a source; sources outermost. The
-sum over sources runs in order for every target: results do not depend on threads.
+Targets come in blocks of `BLOCK`, the last one filled up with copies of its last target: one
+vector operation a source; sources outermost. The sum over sources runs in order for every target:
+results do not depend on threads.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def single_layer_sums(targets, sources, strengths, tiny, out):
     Parameters
     ----------
     targets, out : (n_blocks, 3, BLOCK) array
-        Padded targets; the result, overwritten.
+        Targets; the result, overwritten.
     sources : (n_sources, 3) array
     """
     for b in prange(targets.shape[0]):

@@ -1,8 +1,9 @@
 """Compiled polynomials of `LANES` near pairs side by side: positions and tangents of their patches.
 
-Arrays are flat with the lane innermost (``[k * LANES + lane]``) and every loop has the constant
-length `LANES` or one row: only then does the compiler know that loads and stores do not overlap
-and makes vector instructions, without tails and without sums across a vector.
+A lane is the place of one pair in all arrays. These are flat with the lane innermost
+(``[k * LANES + lane]``) and every loop has the constant length `LANES` or one row: only then does
+the compiler know that loads and stores do not overlap and makes vector instructions, without
+tails and without sums across a vector.
 """
 
 from __future__ import annotations

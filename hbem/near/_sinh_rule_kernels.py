@@ -1,8 +1,8 @@
-"""Compiled moments of near pairs, `LANES` pairs side by side.
+"""Compiled moments of near pairs: integrals of the kernels times the Bernstein polynomials.
 
-Pairs whose rules have equally many nodes share a group, one pair a lane. Rows of nodes along s at
-fixed t reuse the patch's polynomial in s; moments are summed by row, then over t. The plain rule
-that the far field adds back is subtracted in the same pass.
+Pairs whose rules have equally many nodes are worked out side by side, `LANES` at a time. Rows of
+nodes along s at fixed t reuse the patch's polynomial in s; moments are summed by row, then over
+t. The plain rule that the far field adds back is subtracted in the same pass.
 """
 
 from __future__ import annotations
