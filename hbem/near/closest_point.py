@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .. import _near_kernels as kernels
 from .._threads_kernels import threads
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
+from . import _closest_point_kernels as kernels
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._near_kernels import OBLIQUE
 from ..surfaces.bernstein import tensor_bernstein_gradient
 from ..surfaces.triangles import barycentric
+from ._closest_point_kernels import OBLIQUE
 
 
 def turned(found: np.ndarray, elements: np.ndarray, vertex: int, old, new) -> np.ndarray:
