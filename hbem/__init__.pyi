@@ -7,7 +7,7 @@ from .flows.enclosed_flow import EnclosedStokes as EnclosedStokes
 from .flows.field import FlowField as FlowField
 from .flows.field import flow_field as flow_field
 from .flows.stokes_flow import StokesFlow as StokesFlow
-from .flows.stokes_flow import SurfaceTraction as SurfaceTraction
+from .flows.surface_traction import SurfaceTraction as SurfaceTraction
 from .layers.double_layer import DoubleLayer as DoubleLayer
 from .layers.double_layer import double_layer as double_layer
 from .layers.layer import SingleLayer as SingleLayer

@@ -133,12 +133,12 @@ def _nearest(
     """Relative distance of the closest near piece (inf: none), traction and velocity there."""
     n = pairs.points.shape[0]
     size = surface.pieces.boxes[:, [1, 3]] - surface.pieces.boxes[:, [0, 2]]
-    distance = (pairs.found[:, 2:4] / size[pairs.pieces]).min(axis=1)
+    distance = (pairs.closest.distances / size[pairs.pieces]).min(axis=1)
     point = np.repeat(np.arange(n), np.diff(pairs.indptr))
     first = np.lexsort((distance, point))
     first = first[np.diff(point[first], prepend=-1) > 0]
     at_pair = np.empty((first.size, 6))
-    kernels.densities(pairs.elements[first], pairs.found[first], density, at_pair)
+    kernels.densities(pairs.elements[first], pairs.closest[first].rows, density, at_pair)
     nearest, values = np.full(n, np.inf), np.zeros((n, 6))
     nearest[point[first]], values[point[first]] = distance[first], at_pair
     return nearest, values
@@ -152,7 +152,7 @@ def _sums(surface, pairs, density, double, walls) -> np.ndarray:
     nodes, weights = gauss_tables()
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
     kernels.fields(
-        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.found,
+        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.closest.rows,
         surface.pieces.boxes, surface.control, density, source.points.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,

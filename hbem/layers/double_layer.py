@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from ..near.closest_point import outer_pairs
 from ..near.near_field import FULL, NearField, assemble
-from ..near.near_rules import Layer, coincidence, near_moments
+from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _double_layer_kernels as kernels
@@ -109,7 +109,9 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
     x, strengths = padded(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.double_sums(x, source.points, normals, strengths, coincidence(surface), out)
+    kernels.double_sums(
+        x, source.points, normals, strengths, coincident_distance_squared(surface), out
+    )
     shape = (x.shape[0] * kernels.BLOCK, 3, strengths.shape[1])
     return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.points.shape[0]]
 
@@ -119,7 +121,7 @@ def plain_kernel(surface: SampledSurface) -> np.ndarray:
     source, x = surface.source, padded(surface.outer.points)
     out = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.kernel_sums(x, source.points, normals, coincidence(surface), out)
+    kernels.kernel_sums(x, source.points, normals, coincident_distance_squared(surface), out)
     return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.points.shape[0]].copy()
 
 
@@ -151,7 +153,9 @@ def _plain_matrix(surface: SampledSurface) -> np.ndarray:
     total = np.zeros((6, n, n))
     transposed = surface.source_basis.T.tocsr()
     for b, x in enumerate(blocks):
-        kernels.double_matrix(x, source.points, normals, coincidence(surface), kernel)
+        kernels.double_matrix(
+            x, source.points, normals, coincident_distance_squared(surface), kernel
+        )
         rows = test[b * kernels.BLOCK : (b + 1) * kernels.BLOCK]
         touched = np.unique(rows.indices)
         few = rows[:, touched].T.toarray()

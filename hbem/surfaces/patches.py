@@ -29,7 +29,8 @@ class SurfacePatches(Protocol):
         Rows of the coefficient array that ``geometry`` expects.
     geometry_degree, density_degree : int
         Polynomial degree per direction of the Bezier patches and of the extraction tables; of
-        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients (`hbem.surfaces.triangles`).
+        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients, see
+        `hbem.surfaces.triangles`.
     indptr : (n_elements + 1,) int array
         Element ``e`` owns the table rows ``indptr[e]:indptr[e + 1]``; ragged where elements
         differ (poles, cuts).
