@@ -1,6 +1,5 @@
 from .accuracy import Budget as Budget
 from .accuracy import budget as budget
-from .compression.choice import Compression as Compression
 from .compression.h2matrix import h2matrix as h2matrix
 from .compression.hmatrix import hmatrix as hmatrix
 from .flows.enclosed_flow import EnclosedStokes as EnclosedStokes
@@ -8,6 +7,7 @@ from .flows.field import FlowField as FlowField
 from .flows.field import flow_field as flow_field
 from .flows.stokes_flow import StokesFlow as StokesFlow
 from .flows.surface_traction import SurfaceTraction as SurfaceTraction
+from .layers.choice import Compression as Compression
 from .layers.double_layer import DoubleLayer as DoubleLayer
 from .layers.double_layer import double_layer as double_layer
 from .layers.layer import SingleLayer as SingleLayer

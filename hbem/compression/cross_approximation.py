@@ -16,7 +16,7 @@ from scipy.sparse import csc_matrix
 
 from .._threads_kernels import workers
 from ._recompression_kernels import compress_blocks
-from .cluster_tree import ClusterTree
+from .cluster_tree import ClusterTree, cluster_tree
 
 # Tolerances of cross approximation and recompression in units of the requested one. Between points
 # the exact near field dilutes the error by two or three, between functions less.
@@ -52,6 +52,16 @@ class ClusterPoints:
             return none, none, np.zeros(0)
         b = self.basis
         return b.indptr.astype(np.int64), b.indices.astype(np.int64), b.data
+
+
+def item_tree(points: np.ndarray, basis: csc_matrix | None, leaf: int) -> ClusterTree:
+    """Tree over points ``(n, 3)``, or over functions with the boxes of their supports."""
+    if basis is None:
+        return cluster_tree(points, leaf=leaf)
+    positions = points[basis.indices]
+    starts = basis.indptr[:-1]
+    lower, upper = (f.reduceat(positions, starts) for f in (np.minimum, np.maximum))
+    return cluster_tree(lower, upper, leaf=leaf)
 
 
 def cluster_points(tree: ClusterTree, basis: csc_matrix | None = None) -> ClusterPoints:
@@ -115,7 +125,8 @@ def compressed_blocks(
     def work(first: int) -> Factors:
         part = blocks[first : first + TASK]
         numbers = seed * 1_000_003 + first + np.arange(part.shape[0])
-        scratch = np.empty(1 << 14, dtype=dtype)  # of this task alone: tasks run side by side
+        # of this task alone: tasks run side by side
+        scratch: np.ndarray = np.empty(1 << 14, dtype=dtype)
         ranks, store = compress_blocks(
             part, numbers, positions, normals, tiny, clusters.item_ptr, clusters.items,
             clusters.point_ptr, clusters.points, *columns, tolerances, full_rank, scratch,

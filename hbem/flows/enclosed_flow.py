@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..compression.choice import Compression
+from ..layers.choice import Compression
 from ..layers.compressed_layer import CompressedSingleLayer
 from ..layers.layer import SingleLayer
 from ..layers.single_layer import single_layer

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from ..accuracy import Budget, budget
-from ..compression.choice import STORED_LIMIT, choose
+from ..layers.choice import STORED_LIMIT, choose
 from ..layers.single_layer import single_layer_on
 from ..solvers.saddle import DENSE_LIMIT, MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
@@ -118,9 +118,8 @@ class StokesFlow:
             layer = f"{chosen.method} at {chosen.tolerance:.1e}"
         lu = chosen is None and n <= DENSE_LIMIT
         solver = "LU" if lu else f"GMRES ({self.budget.preconditioner})"
-        return (
-            f"StokesFlow({n} unknowns, {self.components.max() + 1} components, {layer}, {solver})"
-        )
+        bodies = f"closed surfaces: {self.components.max() + 1}"
+        return f"StokesFlow({n} unknowns, {bodies}, {layer}, {solver})"
 
     @cached_property
     def surface(self) -> SampledSurface:

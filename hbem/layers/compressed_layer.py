@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from ..compression.choice import Compression
 from ..compression.h2matrix import h2matrix
 from ..compression.hmatrix import hmatrix
 from ..compression.operator import Compressed
 from ..near.near_field import NearField
 from ..surfaces.surface_points import SampledSurface
+from .choice import Compression
 from .dense_layer import dense_matrix
 from .layer import SingleLayer
 
@@ -90,7 +91,7 @@ class CompressedSingleLayer(SingleLayer):
             "error_traction": self.error_traction,
         }
 
-    def __getitem__(self, key: object) -> None:
+    def __getitem__(self, key: int | slice | tuple) -> NoReturn:
         self.plain[key]
 
     def __repr__(self) -> str:

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compression.choice import STORED_LIMIT, Compression
 from ..near.near_field import near_field
 from ..surfaces.patches import SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
+from .choice import STORED_LIMIT, Compression
 from .compressed_layer import compressed_single_layer
 from .dense_layer import StoredSingleLayer
 from .direct_layer import DirectSingleLayer

@@ -44,7 +44,9 @@ class PolygonStokes:
     @cached_property
     def _tested(self) -> tuple[np.ndarray, np.ndarray]:
         """V and K tested with tractions, both for discontinuous linear functions."""
-        return stokes_layers(self.vertices, log_radius=self.scale)
+        single, double = stokes_layers(self.vertices, log_radius=self.scale)
+        assert double is not None  # it is left out on request only
+        return single, double
 
     @property
     def single(self) -> np.ndarray:

@@ -189,12 +189,12 @@ class StokesOperator:
     def drive(self) -> None:
         """No background flow loads the membrane at rest."""
 
-    def response(self) -> Response:
+    def response(self) -> PlanarResponse:
         """Velocity to load, ``2 n_coefficients`` square."""
-        return Response(self)
+        return PlanarResponse(self)
 
 
-class Response(LinearOperator):
+class PlanarResponse(LinearOperator):
     """The linear map ``load = R v`` on interleaved coefficients ``2 a + i``."""
 
     def __init__(self, operator: StokesOperator):

@@ -193,8 +193,8 @@ def _add_far(
         ends = np.cumsum([nodes[t].shape[0] for t in chosen])[:-1]
         for t, part in zip(chosen, np.split(sums, ends), strict=True):
             potentials[t][:, :, coarse.first[c] : coarse.first[c + 1]] = part
-    for t, box, potential in zip(targets, far_targets, potentials, strict=True):
-        functions, test = _test(surface, t)
-        table = test @ box.interpolation(surface.outer.points[t])
+    for points, box, potential in zip(targets, far_targets, potentials, strict=True):
+        functions, test = _test(surface, points)
+        table = test @ box.interpolation(surface.outer.points[points])
         values = table @ potential.reshape(table.shape[1], -1)
         product[functions] += values.reshape(functions.size, *product.shape[1:])

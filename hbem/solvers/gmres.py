@@ -85,7 +85,8 @@ def gmres(
     if size == 0.0:
         return Krylov(np.zeros_like(rhs), KrylovResult.CONVERGED, 0.0, ())
     r = rhs - apply(x) if start is not None else rhs
-    residual, history = float(np.linalg.norm(r) / size), []
+    residual = float(np.linalg.norm(r) / size)
+    history: list[float] = []
     while residual > tolerance:
         left = max_iterations - len(history)
         if left <= 0:

@@ -109,9 +109,9 @@ class SaddleSystem:
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
         """Density and multipliers, a float for a single one."""
         zeta = x[self.n :] * self.scale
-        if zeta.shape[0] == 1:
-            zeta = zeta[0] if x.ndim > 1 else float(zeta[0])
-        return x[: self.n], zeta
+        if zeta.shape[0] > 1:
+            return x[: self.n], zeta
+        return x[: self.n], zeta[0] if x.ndim > 1 else float(zeta[0])
 
 
 @dataclass(frozen=True)

@@ -43,16 +43,35 @@ class SurfacePatches(Protocol):
         and its transpose carries forces back.
     """
 
-    shape: str
-    n_elements: int
-    n_dofs: int
-    n_coefficients: int
-    geometry_degree: int
-    density_degree: int
-    indptr: np.ndarray
-    dofs: np.ndarray
-    extraction: np.ndarray
-    bezier: csr_matrix
+    @property
+    def shape(self) -> str: ...
+
+    @property
+    def n_elements(self) -> int: ...
+
+    @property
+    def n_dofs(self) -> int: ...
+
+    @property
+    def n_coefficients(self) -> int: ...
+
+    @property
+    def geometry_degree(self) -> int: ...
+
+    @property
+    def density_degree(self) -> int: ...
+
+    @property
+    def indptr(self) -> np.ndarray: ...
+
+    @property
+    def dofs(self) -> np.ndarray: ...
+
+    @property
+    def extraction(self) -> np.ndarray: ...
+
+    @property
+    def bezier(self) -> csr_matrix: ...
 
 
 @dataclass(frozen=True)
@@ -118,7 +137,8 @@ def union(*surfaces: SurfacePatches) -> BezierPatches:
     shape, geometry_degree, density_degree = kinds.pop()
     first_dof = np.cumsum([0] + [p.n_dofs for p in surfaces])
     first_row = np.cumsum([0] + [p.indptr[-1] for p in surfaces])
-    known = [getattr(p, "coefficients", None) for p in surfaces]
+    given = (getattr(p, "coefficients", None) for p in surfaces)
+    known = [c for c in given if c is not None]
     return BezierPatches(
         n_dofs=int(first_dof[-1]),
         geometry_degree=geometry_degree,
@@ -129,6 +149,6 @@ def union(*surfaces: SurfacePatches) -> BezierPatches:
         dofs=np.concatenate([p.dofs + o for p, o in zip(surfaces, first_dof, strict=False)]),
         extraction=np.concatenate([p.extraction for p in surfaces]),
         bezier=block_diag([p.bezier for p in surfaces], format="csr"),
-        coefficients=None if any(c is None for c in known) else np.concatenate(known),
+        coefficients=np.concatenate(known) if len(known) == len(surfaces) else None,
         shape=shape,
     )

@@ -1,7 +1,7 @@
-"""Which compression a single layer takes, in numbers; needs no compiled code.
+"""Which form a single layer takes, dense, direct or compressed, in numbers.
 
 ``auto`` minimises build time plus products from measured costs: direct sums need no build, H2
-builds fastest, ACA applies fastest.
+builds fastest, ACA applies fastest. Needs no compiled code.
 """
 
 from __future__ import annotations
