@@ -12,9 +12,9 @@ from .layers.double_layer import DoubleLayer as DoubleLayer
 from .layers.double_layer import double_layer as double_layer
 from .layers.layer import SingleLayer as SingleLayer
 from .layers.single_layer import single_layer as single_layer
+from .solvers.gmres import KrylovResult as KrylovResult
 from .solvers.saddle import DenseSaddle as DenseSaddle
 from .solvers.saddle import IterativeSaddle as IterativeSaddle
-from .solvers.saddle import KrylovResult as KrylovResult
 from .solvers.saddle import saddle as saddle
 from .solvers.schwarz import two_level_schwarz as two_level_schwarz
 from .surfaces.patches import BezierPatches as BezierPatches

@@ -17,6 +17,7 @@ from scipy.sparse import csc_matrix
 from .._threads_kernels import workers
 from ._recompression_kernels import compress_blocks
 from .cluster_tree import ClusterTree, cluster_tree
+from .point_kernel import PointKernel
 
 # Tolerances of cross approximation and recompression in units of the requested one. Between points
 # the exact near field dilutes the error by two or three, between functions less.
@@ -100,9 +101,7 @@ class Factors:
 def compressed_blocks(
     blocks: np.ndarray,
     clusters: ClusterPoints,
-    positions: np.ndarray,
-    normals: np.ndarray,
-    tiny: float,
+    kernel: PointKernel,
     *,
     tolerance: float,
     full_rank: float,
@@ -113,8 +112,9 @@ def compressed_blocks(
 
     Parameters
     ----------
-    positions, normals : (3, n_points) array
-        ``normals (3, 0)`` for the single layer.
+    blocks : (n, 2) int array
+    clusters : ClusterPoints
+    kernel : PointKernel
     full_rank : float
         Ranks above this share of ``m n / (m + n)`` do not pay: the block is left full.
     """
@@ -128,8 +128,9 @@ def compressed_blocks(
         # of this task alone: tasks run side by side
         scratch: np.ndarray = np.empty(1 << 14, dtype=dtype)
         ranks, store = compress_blocks(
-            part, numbers, positions, normals, tiny, clusters.item_ptr, clusters.items,
-            clusters.point_ptr, clusters.points, *columns, tolerances, full_rank, scratch,
+            part, numbers, kernel.scaled, kernel.scaled_normals, kernel.tiny, clusters.item_ptr,
+            clusters.items, clusters.point_ptr, clusters.points, *columns, tolerances,
+            full_rank, scratch,
         )  # fmt: skip
         return Factors(part, ranks, store)
 

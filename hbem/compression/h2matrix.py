@@ -115,15 +115,36 @@ def h2matrix(
     seed: int = 0,
     memory: float | None = None,
 ) -> Compressed:
-    """Compress the single layer with nested bases; parameters as for `hmatrix`, and:
+    """Compress a layer's point kernel by nested bases: the double layer's if ``normals`` are given.
 
+    Parameters
+    ----------
+    points : (n, 3) array
+    tolerance : float
+        Relative error in the 2-norm for random and for constant densities; it is measured, and
+        kept, or the matrix is built again more finely.
+    normals : (n, 3) array, optional
+        Normals at the sources: the kernel is ``3/(4 pi) r r (r . n) / r^5`` with ``r = x - y``.
+    basis : (n, n_dofs) sparse matrix, optional
+        Weighted functions ``W B``; the operator is then ``(W B)^T G (W B)``.
     test : (n, n_dofs) sparse matrix, optional
         Weighted test functions where they differ: the operator is then ``test^T G basis``.
+    leaf : int, optional
+        Largest number of points in a leaf.
+    seed : int
+        Of the sampled rows.
+    memory : float, optional
+        Bytes that the operator may take.
+
+    Returns
+    -------
+    Compressed
+        Operator ``(3 n, 3 n)`` or ``(3 n_dofs, 3 n_dofs)`` with its ``statistics``.
 
     Raises
     ------
     ValueError
-        As for `hmatrix`.
+        Wrong shapes, points that are not finite, or a tolerance outside (0, 1).
     MemoryError
         A forecast above ``memory``, with both numbers, before anything is allocated.
     """

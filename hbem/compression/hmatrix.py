@@ -119,7 +119,7 @@ def hmatrix(
     seed: int = 0,
     memory: float | None = None,
 ) -> Compressed:
-    """Compress the single layer, or the double layer if ``normals`` are given.
+    """Compress a layer's point kernel by ACA: the double layer's if ``normals`` are given.
 
     Parameters
     ----------
@@ -139,6 +139,11 @@ def hmatrix(
         Of the sampled rows.
     memory : float, optional
         Bytes that the operator may take.
+
+    Returns
+    -------
+    Compressed
+        Operator ``(3 n, 3 n)`` or ``(3 n_dofs, 3 n_dofs)`` with its ``statistics``.
 
     Raises
     ------
@@ -174,20 +179,11 @@ def _build(
     dtype = np.float32 if tolerance >= SINGLE else np.float64
     forecast(blocks, tolerance, dtype, stored=basis is not None, symmetric=symmetric, limit=memory)
     far_blocks = blocks.far if symmetric else np.concatenate([blocks.far, blocks.far[:, ::-1]])
-    parts = list(
-        compressed_blocks(
-            far_blocks,
-            clusters,
-            kernel.scaled,
-            kernel.scaled_normals,
-            kernel.tiny,
-            tolerance=tolerance,
-            full_rank=full_rank(tolerance, stored=basis is not None),
-            dtype=dtype,
-            seed=seed,
-        )
+    share = full_rank(tolerance, stored=basis is not None)
+    parts = compressed_blocks(
+        far_blocks, clusters, kernel, tolerance=tolerance, full_rank=share, dtype=dtype, seed=seed
     )
-    far = far_field(tree, parts, symmetric=symmetric, dtype=dtype)
+    far = far_field(tree, list(parts), symmetric=symmetric, dtype=dtype)
     full = far_blocks[far.ranks < 0]
     near = _near(kernel, basis, blocks, clusters, full, tolerance, symmetric)
     statistics = Statistics(

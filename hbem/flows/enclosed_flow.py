@@ -18,7 +18,8 @@ from ..layers.compressed_layer import CompressedSingleLayer
 from ..layers.layer import SingleLayer
 from ..layers.single_layer import single_layer
 from ..solvers.preconditioner_reuse import PreconditionerStore
-from ..solvers.saddle import DENSE_LIMIT, Builder, MassPreconditioner, SaddleSolution
+from ..solvers.saddle import DENSE_LIMIT
+from ..solvers.saddle_system import Builder, MassPreconditioner, SaddleSolution
 from ..solvers.schwarz import two_level_schwarz
 from ..surfaces.patches import SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders

@@ -15,7 +15,8 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator
 
 from ..layers.layer import SingleLayer
-from ..solvers.saddle import DenseSaddle, SaddleSolution
+from ..solvers.saddle import DenseSaddle
+from ..solvers.saddle_system import SaddleSolution
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
 from .enclosed_problem import EnclosedProblem

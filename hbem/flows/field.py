@@ -28,7 +28,7 @@ SYMMETRIC = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # components 00 01 02 11 12 2
 class FlowField:
     """A flow at points.
 
-    Attributes
+    Parameters
     ----------
     velocity : (n, 3) array
     pressure : (n,) array
@@ -78,6 +78,10 @@ def flow_field(
         of the disturbance.
     orders : QuadratureOrders, optional
         Only its ``near_ball`` counts.
+
+    Returns
+    -------
+    FlowField
 
     Raises
     ------

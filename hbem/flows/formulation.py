@@ -21,14 +21,8 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, splu
 from ..layers.compressed_layer import CompressedSingleLayer
 from ..layers.double_layer import DoubleLayer, double_layer
 from ..layers.layer import SingleLayer
-from ..solvers.saddle import (
-    DENSE_LIMIT,
-    Builder,
-    DenseSaddle,
-    IterativeSaddle,
-    SaddleSolution,
-    saddle,
-)
+from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle, saddle
+from ..solvers.saddle_system import Builder, SaddleSolution
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 

@@ -19,7 +19,8 @@ import numpy as np
 from ..accuracy import Budget, budget
 from ..layers.choice import STORED_LIMIT, choose
 from ..layers.single_layer import single_layer_on
-from ..solvers.saddle import DENSE_LIMIT, MassPreconditioner
+from ..solvers.saddle import DENSE_LIMIT
+from ..solvers.saddle_system import MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
 from ..surfaces.narrowest_gap import narrowest
 from ..surfaces.patches import BezierPatches, SurfacePatches
@@ -141,14 +142,17 @@ class StokesFlow:
 
     @property
     def points(self) -> np.ndarray:
+        """Quadrature points, ``(n_points, 3)``."""
         return self.surface.outer.points
 
     @property
     def normals(self) -> np.ndarray:
+        """Outward unit normals there, ``(n_points, 3)``."""
         return self.surface.outer.normals
 
     @property
     def weights(self) -> np.ndarray:
+        """Quadrature weights, surface element included, ``(n_points,)``."""
         return self.surface.outer.weights
 
     def traction(self, velocity: Velocity) -> SurfaceTraction:

@@ -17,7 +17,7 @@ from .formulation import JumpFormulation
 class SurfaceTraction:
     """Traction jump across the surfaces of a `StokesFlow`.
 
-    Attributes
+    Parameters
     ----------
     coefficients : (n_dofs, 3) array
     zeta : (n_components,) array

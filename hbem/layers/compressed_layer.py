@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from typing import NoReturn
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
@@ -91,7 +90,7 @@ class CompressedSingleLayer(SingleLayer):
             "error_traction": self.error_traction,
         }
 
-    def __getitem__(self, key: int | slice | tuple) -> NoReturn:
+    def __getitem__(self, key: int | slice | tuple) -> None:
         self.plain[key]
 
     def __repr__(self) -> str:

@@ -27,7 +27,7 @@ class DoubleLayer(LinearOperator):
 
     Products sum the far field directly; `dense` assembles the matrix once, for many of them.
 
-    Attributes
+    Parameters
     ----------
     surface : SampledSurface
     near : NearField
@@ -46,7 +46,12 @@ class DoubleLayer(LinearOperator):
         return float(np.abs(self.defect).max())
 
     def dense(self) -> np.ndarray:
-        """The matrix ``(3 n_dofs, 3 n_dofs)``."""
+        """Assemble the matrix, once; products then use it.
+
+        Returns
+        -------
+        (3 n_dofs, 3 n_dofs) array
+        """
         return self._matrix
 
     @cached_property
@@ -74,7 +79,20 @@ class DoubleLayer(LinearOperator):
 
 
 def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLayer:
-    """Assemble the near field of the double layer on a sampled surface."""
+    """Assemble the double layer on a sampled surface: its near field and the Gauss defect.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+        Closed, normals outward.
+    orders : QuadratureOrders
+        Those of the surface.
+
+    Returns
+    -------
+    DoubleLayer
+        Operator ``(3 n_dofs, 3 n_dofs)``.
+    """
     n = surface.outer.points.shape[0]
     pairs = outer_pairs(surface, orders, slice(0, n))
     defect = plain_kernel(surface)

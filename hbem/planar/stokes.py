@@ -143,7 +143,16 @@ class PlanarStokes:
             raise ValueError(f"viscosity_ratio must not be negative, got {self.viscosity_ratio}")
 
     def assemble(self, coefficients: np.ndarray) -> StokesOperator:
-        """The flow on one configuration ``(n_coefficients, 2)``."""
+        """Assemble the flow on one configuration.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 2) array
+
+        Returns
+        -------
+        StokesOperator
+        """
         return StokesOperator(self, self.boundary.at(coefficients))
 
     def reset(self) -> None:

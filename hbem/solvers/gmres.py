@@ -33,6 +33,7 @@ class KrylovResult(enum.Enum):
 
     @property
     def ok(self) -> bool:
+        """Whether the solution is as accurate as asked."""
         return self in (KrylovResult.DIRECT, KrylovResult.CONVERGED)
 
 

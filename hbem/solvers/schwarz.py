@@ -22,7 +22,7 @@ from ..layers.dense_blocks import vector_dofs
 from ..layers.layer import SingleLayer
 from ..surfaces.surface_points import SampledSurface
 from .coarse_level import CoarseSpace, apply_to_coarse_space, bisect
-from .saddle import SaddleSystem
+from .saddle_system import SaddleSystem
 
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond

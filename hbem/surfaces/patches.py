@@ -78,8 +78,14 @@ class SurfacePatches(Protocol):
 class BezierPatches:
     """Patches given by tables: exact bodies and unions of surfaces.
 
-    Attributes are those of `SurfacePatches`; ``coefficients (n_coefficients, 3)`` is the
-    configuration of a fixed body, None where it comes from elsewhere.
+    Parameters
+    ----------
+    n_dofs, geometry_degree, density_degree : int
+    indptr, dofs, extraction, bezier :
+        Tables as `SurfacePatches` describes them.
+    coefficients : (n_coefficients, 3) array, optional
+        Configuration of a fixed body; None where it comes from elsewhere.
+    shape : {"quadrilateral", "triangle"}
 
     Raises
     ------
@@ -111,10 +117,12 @@ class BezierPatches:
 
     @property
     def n_elements(self) -> int:
+        """Number of elements."""
         return self.indptr.size - 1
 
     @property
     def n_coefficients(self) -> int:
+        """Rows of a configuration."""
         return self.bezier.shape[1]
 
 
@@ -125,6 +133,16 @@ def _functions(degree: int, triangle: bool) -> int:
 
 def union(*surfaces: SurfacePatches) -> BezierPatches:
     """Several surfaces as one; elements, functions and coefficients follow each other.
+
+    Parameters
+    ----------
+    *surfaces : SurfacePatches
+        Of one shape and equal degrees.
+
+    Returns
+    -------
+    BezierPatches
+        With coefficients if all surfaces have them.
 
     Raises
     ------

@@ -51,7 +51,7 @@ class PointSet:
 class SampledSurface:
     """One configuration of a surface, sampled.
 
-    Attributes
+    Parameters
     ----------
     patches : SurfacePatches
     control : (n_elements, geometry_degree + 1, geometry_degree + 1, 3) array
@@ -135,14 +135,34 @@ class SampledSurface:
         return self.project(self.outer.normals)
 
     def project(self, values: np.ndarray) -> np.ndarray:
-        """Integrals ``int N_a f`` of point values ``(n_points, k)``: ``(n_dofs, k)``."""
+        """Integrals ``int N_a f`` of point values.
+
+        Parameters
+        ----------
+        values : (n_points, k) array
+
+        Returns
+        -------
+        (n_dofs, k) array
+        """
         return self.basis.T @ (self.outer.weights[:, None] * values)
 
 
 def sample(
     patches: SurfacePatches, coefficients: np.ndarray, orders: QuadratureOrders
 ) -> SampledSurface:
-    """Sample the configuration ``coefficients (n_coefficients, 3)``.
+    """Sample one configuration at its quadrature points.
+
+    Parameters
+    ----------
+    patches : SurfacePatches
+    coefficients : (n_coefficients, 3) array
+    orders : QuadratureOrders
+        ``outer`` and ``source`` points per direction.
+
+    Returns
+    -------
+    SampledSurface
 
     Raises
     ------

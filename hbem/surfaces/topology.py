@@ -82,7 +82,16 @@ def partners(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closed_components(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
-    """Closed component of each density function, ``(n_dofs,)``.
+    """Closed component of each density function.
+
+    Parameters
+    ----------
+    patches : SurfacePatches
+    coefficients : (n_coefficients, 3) array
+
+    Returns
+    -------
+    (n_dofs,) int array
 
     Raises
     ------

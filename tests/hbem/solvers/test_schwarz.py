@@ -18,7 +18,8 @@ from hbem.layers.single_layer import single_layer
 from hbem.solvers.coarse_level import apply_to_coarse_space, bisect
 from hbem.solvers.gmres import KrylovResult, gmres
 from hbem.solvers.preconditioner_reuse import PreconditionerStore
-from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
+from hbem.solvers.saddle import DenseSaddle, IterativeSaddle
+from hbem.solvers.saddle_system import MassPreconditioner, SaddleSystem
 from hbem.solvers.schwarz import (
     Functions,
     SchwarzOptions,
