@@ -1,7 +1,7 @@
 """Flexible GMRES that stops on the true residual.
 
-Preconditioned directions are stored and combined, ``x = sum_j y_j M^-1 v_j``: in thin gaps
-patch inverses are so large that applying ``M^-1`` to the combination again would lose six
+Preconditioned directions are stored and combined, ``x = sum_j y_j M^-1 v_j``: in thin gaps the
+inverses of subdomains are so large that applying ``M^-1`` to the combination again would lose six
 digits. The estimate is checked against ``f - S x``, and the iteration restarted from there until
 the true residual meets the tolerance.
 """

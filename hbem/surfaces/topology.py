@@ -131,7 +131,7 @@ def _refuse_open(edges: Edges, partner: np.ndarray) -> None:
         raise SurfaceError(
             f"the surface is open: {np.count_nonzero(loose)} edges meet no other (first: an edge "
             f"of element {edges.elements[first]} at {x}); close it, edge to edge, with a cap or "
-            "an inflow patch"
+            "an inlet"
         )
 
 
