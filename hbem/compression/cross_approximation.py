@@ -128,7 +128,7 @@ def compressed_blocks(
         # of this task alone: tasks run side by side
         scratch: np.ndarray = np.empty(1 << 14, dtype=dtype)
         ranks, store = compress_blocks(
-            part, numbers, kernel.scaled, kernel.scaled_normals, kernel.tiny, clusters.item_ptr,
+            part, numbers, kernel.scaled, kernel.scaled_normals, kernel.within, clusters.item_ptr,
             clusters.items, clusters.point_ptr, clusters.points, *columns, tolerances,
             full_rank, scratch,
         )  # fmt: skip

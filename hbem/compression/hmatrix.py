@@ -288,7 +288,7 @@ def near_blocks(
         mirror[above] = np.searchsorted(key, s[above] * leaves.size + t[above])
     block_kernels.near_blocks(
         wanted, leaves[t], leaves[s], mirror, clusters.item_ptr, clusters.items,
-        clusters.point_ptr, clusters.points, kernel.scaled, kernel.scaled_normals, kernel.tiny,
+        clusters.point_ptr, clusters.points, kernel.scaled, kernel.scaled_normals, kernel.within,
         *clusters.columns, data_ptr, data,
     )  # fmt: skip
     return NearBlocks(leaf_ptr, ptr, s, data_ptr, data)

@@ -193,7 +193,13 @@ def multiply_components(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
 
 
 def checked_basis(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
-    """Weighted functions as sorted columns, checked."""
+    """Weighted functions as sorted columns.
+
+    Raises
+    ------
+    ValueError
+        Rows that are not the kernel's points, or functions without points.
+    """
     basis = csc_matrix(basis)
     if basis.shape[0] != kernel.n:
         raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
@@ -222,7 +228,13 @@ def direct(
 
 
 def refuse_above(limit: float | None, total: float, remedy: str) -> float:
-    """The forecast ``total`` in bytes, unless it is above the limit."""
+    """The forecast ``total`` in bytes.
+
+    Raises
+    ------
+    MemoryError
+        A forecast above the limit, with both numbers and the remedy.
+    """
     if limit is not None and total > limit:
         raise MemoryError(
             f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
@@ -262,6 +274,11 @@ def build_to_tolerance(
     """Build, measure, build again at a quarter, and at last sum exactly: never silent.
 
     ``build(tolerance)`` compresses; ``exact(note)`` sums and says why.
+
+    Raises
+    ------
+    ValueError
+        A tolerance outside (0, 1).
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")

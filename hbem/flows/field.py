@@ -106,7 +106,13 @@ def flow_field(
     return _assembled(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
 
 
-def _check(surface, traction, points, velocity, viscosity_ratio) -> None:
+def _check(
+    surface: SampledSurface,
+    traction: np.ndarray,
+    points: np.ndarray,
+    velocity: np.ndarray | None,
+    viscosity_ratio: float,
+) -> None:
     shape = (surface.patches.n_dofs, 3)
     for name, array in (("traction", traction), ("velocity", velocity)):
         if array is not None and np.shape(array) != shape:
@@ -148,7 +154,13 @@ def _nearest(
     return nearest, values
 
 
-def _sums(surface, pairs, density, double, walls) -> np.ndarray:
+def _sums(
+    surface: SampledSurface,
+    pairs: NearPairs,
+    density: np.ndarray,
+    double: float,
+    walls: np.ndarray,
+) -> np.ndarray:
     """All integrals at all points, ``(n, 11)``."""
     source, n = surface.source, surface.patches.n_elements
     table = tensor_bernstein(density.shape[1] - 1, source.s, source.t)
@@ -164,7 +176,15 @@ def _sums(surface, pairs, density, double, walls) -> np.ndarray:
     return out
 
 
-def _assembled(out, inside, wall, walls, ratio, points, background) -> FlowField:
+def _assembled(
+    out: np.ndarray,
+    inside: np.ndarray,
+    wall: np.ndarray,
+    walls: np.ndarray,
+    ratio: float,
+    points: np.ndarray,
+    background: Callable[[np.ndarray], np.ndarray] | None,
+) -> FlowField:
     velocity = out[:, :3]
     if background is not None:
         velocity = velocity + ratio * np.asarray(background(points), dtype=float)

@@ -11,9 +11,10 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator
 
-from ..near.closest_point import outer_pairs
+from ..near.closest_point import NearPairs, outer_pairs
 from ..near.near_field import FULL, NearField, assemble
 from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
@@ -99,7 +100,7 @@ def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLay
     defect[:, [0, 3, 5]] += 0.5
     start = 0
 
-    def moments(part):
+    def moments(part: NearPairs) -> np.ndarray:
         nonlocal start
         found = near_moments(surface, part, orders, Layer.DOUBLE, minus_plain=True)
         point_of = np.repeat(np.arange(part.indptr.size - 1), np.diff(part.indptr))
@@ -143,7 +144,7 @@ def plain_kernel(surface: SampledSurface) -> np.ndarray:
     return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.points.shape[0]].copy()
 
 
-def _at(basis, x: np.ndarray) -> np.ndarray:
+def _at(basis: csr_matrix, x: np.ndarray) -> np.ndarray:
     """Values at points of densities ``(n_dofs, 3, k)``."""
     return (basis @ x.reshape(x.shape[0], -1)).reshape(-1, *x.shape[1:])
 

@@ -69,7 +69,10 @@ def single_layer_on(
     storage: str = "auto",
     compression: Compression | None = None,
 ) -> SingleLayer:
-    """The same on a surface that is sampled already, with the same orders."""
+    """Assemble the single layer on a surface that is sampled already, with the same orders.
+
+    The other parameters and what is raised are those of `single_layer`.
+    """
     if storage not in ("auto", "dense", "direct"):
         raise ValueError(f"storage must be 'auto', 'dense' or 'direct', got {storage!r}")
     near = near_field(surface, orders)

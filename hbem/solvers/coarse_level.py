@@ -162,10 +162,10 @@ def _add_neighbours(
     far: np.ndarray,
     product: np.ndarray,
 ) -> None:
-    tiny = coincident_distance_squared(surface)
+    within = coincident_distance_squared(surface)
     for c, (points, strengths) in enumerate(sources):
         close = np.concatenate([t for t, away in zip(targets, far[:, c], strict=True) if not away])
-        sums = single_layer_sums(surface.outer.points[close], points, strengths, tiny)
+        sums = single_layer_sums(surface.outer.points[close], points, strengths, within)
         functions, test = _test(surface, close)
         tested = (test @ sums.reshape(close.size, -1)).reshape(functions.size, 3, -1)
         product[functions, :, coarse.first[c] : coarse.first[c + 1]] += tested

@@ -183,7 +183,13 @@ def sample(
 
 
 def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
-    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration."""
+    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration.
+
+    Raises
+    ------
+    ValueError
+        Coefficients of a wrong shape or not finite.
+    """
     coefficients = np.asarray(coefficients, dtype=float)
     if patches.shape == "triangle":
         patches = quadrilaterals(patches)
