@@ -166,7 +166,7 @@ def _split(pairs: np.ndarray, children: np.ndarray) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def both_ways(pairs: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def list_partners(pairs: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Partners of every node as index pointer, partners and numbers of the pairs.
 
     Pair k counts as partner of both its nodes, once if they are equal; the number is k where the

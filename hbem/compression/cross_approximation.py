@@ -98,7 +98,7 @@ class Factors:
     store: np.ndarray
 
 
-def compressed_blocks(
+def approximate_blocks(
     blocks: np.ndarray,
     clusters: ClusterPoints,
     kernel: PointKernel,

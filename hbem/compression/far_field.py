@@ -127,7 +127,7 @@ def far_field(tree: ClusterTree, parts: list[Factors], *, symmetric: bool, dtype
     at_right = _places(blocks[used, 1], offsets[1, used], right, first, last)
     lengths = stored[used]
     if symmetric:
-        sources, slots = _joined(at_right, at_left), _joined(at_left, at_right)
+        sources, slots = _join(at_right, at_left), _join(at_left, at_right)
         lengths = np.tile(lengths, 2)
     else:
         sources, slots = at_right, at_left
@@ -171,5 +171,5 @@ def _places(
     return ptr, panels.z_ptr[leaf] + np.repeat(panels.base[nodes] + columns, counts)
 
 
-def _joined(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]) -> tuple:
+def _join(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]) -> tuple:
     return np.concatenate([a[0], a[0][-1] + b[0][1:]]), np.concatenate([a[1], b[1]])

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from . import _nested_basis_kernels as kernels
-from .cluster_tree import BlockTree, block_tree, both_ways, cluster_tree
+from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners
 from .nested_bases import ETA, Bases, nested_bases
 from .operator import (
     Compressed,
@@ -52,8 +52,8 @@ class H2Matrix(Compressed):
         place = np.zeros(tree.n_nodes, dtype=np.int64)
         place[leaves] = np.arange(leaves.size)
         self._leaf_ptr = np.append(tree.start[leaves], tree.order.size)
-        self._near = both_ways(place[blocks.near], leaves.size)
-        self._far = both_ways(blocks.far, tree.n_nodes)
+        self._near = list_partners(place[blocks.near], leaves.size)
+        self._far = list_partners(blocks.far, tree.n_nodes)
         self._points_at = kernel.ordered(tree.order)
         self._skeletons = kernel.ordered(tree.order[bases.points])
         self._sources = self._skeletons

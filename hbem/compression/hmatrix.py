@@ -16,7 +16,7 @@ from scipy.sparse import csc_matrix, spmatrix
 
 from . import _near_block_kernels as block_kernels
 from .cluster_tree import BlockTree, ClusterTree, block_tree
-from .cross_approximation import ClusterPoints, cluster_points, compressed_blocks, item_tree
+from .cross_approximation import ClusterPoints, approximate_blocks, cluster_points, item_tree
 from .far_field import FarField, far_field, leaf_pairs, leaf_ranges
 from .operator import (
     Compressed,
@@ -180,7 +180,7 @@ def _build(
     forecast(blocks, tolerance, dtype, stored=basis is not None, symmetric=symmetric, limit=memory)
     far_blocks = blocks.far if symmetric else np.concatenate([blocks.far, blocks.far[:, ::-1]])
     share = full_rank(tolerance, stored=basis is not None)
-    parts = compressed_blocks(
+    parts = approximate_blocks(
         far_blocks, clusters, kernel, tolerance=tolerance, full_rank=share, dtype=dtype, seed=seed
     )
     far = far_field(tree, list(parts), symmetric=symmetric, dtype=dtype)

@@ -101,7 +101,7 @@ def nested_bases(
                 more = (positions, normals, skeletons, tolerance, dtype)
                 found.append(_level(tree, nodes, leaf, *more))
     ptr = np.concatenate([[0], np.cumsum([s.size for s in skeletons])])
-    levels = tuple(_placed(tree, ptr, level) for level in found)
+    levels = tuple(_place_level(tree, ptr, level) for level in found)
     return Bases(ptr, np.concatenate(skeletons), levels)
 
 
@@ -140,7 +140,7 @@ def _level(
     return TreeLevel(none, counts, kept, picks, ptr, T_ptr, T, none, leaf, nodes)
 
 
-def _placed(tree: ClusterTree, ptr: np.ndarray, level: TreeLevel) -> TreeLevel:
+def _place_level(tree: ClusterTree, ptr: np.ndarray, level: TreeLevel) -> TreeLevel:
     """A level with the places of its candidates and skeletons."""
     nodes = level.nodes
     starts = tree.start[nodes] if level.leaf else ptr[tree.children[nodes, 0]]

@@ -103,7 +103,7 @@ def flow_field(
     inside = angle > 0.5
     if double != 0.0:
         out[inside, :3] -= double * walls[inside]
-    return _assembled(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
+    return _field_of(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
 
 
 def _check(
@@ -176,7 +176,7 @@ def _sums(
     return out
 
 
-def _assembled(
+def _field_of(
     out: np.ndarray,
     inside: np.ndarray,
     wall: np.ndarray,

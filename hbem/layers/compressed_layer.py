@@ -132,7 +132,7 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
     one_set = surface.source is surface.outer
     if compression.method == "h2":
         points, basis, test = (
-            (surface.outer.points, weighted_basis(surface), None) if one_set else _joined(surface)
+            (surface.outer.points, weighted_basis(surface), None) if one_set else _join(surface)
         )
         return h2matrix(points, tolerance, basis=basis, test=test, seed=seed, memory=memory)
     if not one_set:
@@ -162,7 +162,7 @@ def gap_opposed(surface: SampledSurface) -> np.ndarray:
     return normals * positions[:, axis : axis + 1]
 
 
-def _joined(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
+def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
     """Outer and source points as one set, with the functions of sources and of tests."""
     outer, source = surface.outer, surface.source
     n = surface.patches.n_dofs

@@ -20,7 +20,7 @@ from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _double_layer_kernels as kernels
-from .point_sums import padded
+from .point_sums import pad_to_blocks
 
 
 class DoubleLayer(LinearOperator):
@@ -125,7 +125,7 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
     (n_points, 3, k) array
     """
     source, outer = surface.source, surface.outer
-    x, strengths = padded(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
+    x, strengths = pad_to_blocks(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
     kernels.double_sums(
@@ -137,7 +137,7 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
 
 def plain_kernel(surface: SampledSurface) -> np.ndarray:
     """Plain sums of the kernel itself at the outer points, ``(n_points, 6)``."""
-    source, x = surface.source, padded(surface.outer.points)
+    source, x = surface.source, pad_to_blocks(surface.outer.points)
     out = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
     kernels.kernel_sums(x, source.points, normals, coincident_distance_squared(surface), out)
@@ -165,7 +165,7 @@ def _local(surface: SampledSurface, defect: np.ndarray) -> np.ndarray:
 def _plain_matrix(surface: SampledSurface) -> np.ndarray:
     """``B^T W K_plain W B`` by component, ``(6, n, n)``."""
     source, n = surface.source, surface.patches.n_dofs
-    blocks = padded(surface.outer.points)
+    blocks = pad_to_blocks(surface.outer.points)
     test = surface.basis.multiply(surface.outer.weights[:, None]).tocsr()
     normals = source.weights[:, None] * source.normals
     kernel = np.empty((6, source.points.shape[0], kernels.BLOCK))

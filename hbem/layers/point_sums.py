@@ -32,7 +32,7 @@ def single_layer_sums(
     (n_targets, 3) or (n_targets, 3, k) array
     """
     within = _coincident(sources) if within is None else within
-    x, y = padded(targets), np.ascontiguousarray(sources)
+    x, y = pad_to_blocks(targets), np.ascontiguousarray(sources)
     if strengths.ndim == 2:
         out = np.empty_like(x)
         kernels.single_layer_sums(x, y, np.ascontiguousarray(strengths), within, out)
@@ -49,7 +49,7 @@ def single_layer_sums(
     return out.transpose(0, 3, 2, 1).reshape(-1, 3, k)[: targets.shape[0]]
 
 
-def padded(points: np.ndarray) -> np.ndarray:
+def pad_to_blocks(points: np.ndarray) -> np.ndarray:
     """Points in blocks of one vector sweep, ``(n_blocks, 3, BLOCK)``; the last point repeats."""
     n = points.shape[0]
     full = np.minimum(np.arange(-(-n // kernels.BLOCK) * kernels.BLOCK), n - 1)
