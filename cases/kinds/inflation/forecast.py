@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.accuracy import Budget
-from hbem.compression.choice import STORED_LIMIT, Compression
+from hbem.layers.choice import STORED_LIMIT, Compression
 from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag

@@ -14,7 +14,7 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
-from hbem.compression.choice import Compression, choose
+from hbem.layers.choice import Compression, choose
 from hbem.surfaces.quadrature import QuadratureOrders
 from shells.surfaces.tensor_surface import TensorSurface
 
