@@ -42,8 +42,24 @@ class Result(enum.Enum):
         return self is Result.COMPLETED
 
 
-class TractionLike(Protocol):
-    """What the time loop reads of a fluid's traction; `Traction` says what it means."""
+class Traction(Protocol):
+    """What the time loop reads of a fluid's traction jump on one geometry.
+
+    Attributes
+    ----------
+    coefficients : (n_density, 3) array
+        Coefficients of the traction (per unit ``1/Re``) in the fluid's density space.
+    zeta : float
+        Multiplier of ``<tau, n> = 0``: quadrature plus Krylov error, a health indicator.
+    flux : float
+        Discrete flux of the membrane velocity, which the influx follows.
+    velocity_max : float
+        Largest velocity on the boundary, inflow included.
+    iterations : int
+        Krylov iterations (0 for a direct solve).
+    residual : float
+        Achieved relative residual of the linear system.
+    """
 
     @property
     def coefficients(self) -> np.ndarray: ...
@@ -78,34 +94,6 @@ class StateLike(Protocol):
 
     @property
     def pressure(self) -> float: ...
-
-
-@dataclass(frozen=True)
-class Traction:
-    """Fluid traction jump on one geometry.
-
-    Parameters
-    ----------
-    coefficients : (n_density, 3) array
-        Coefficients of the traction (per unit ``1/Re``) in the fluid's density space.
-    zeta : float
-        Multiplier of ``<tau, n> = 0``: quadrature plus Krylov error, a health indicator.
-    flux : float
-        Discrete flux of the membrane velocity, which the influx follows.
-    velocity_max : float
-        Largest velocity on the boundary, inflow included.
-    iterations : int
-        Krylov iterations (0 for a direct solve).
-    residual : float
-        Achieved relative residual of the linear system.
-    """
-
-    coefficients: np.ndarray
-    zeta: float
-    flux: float = 0.0
-    velocity_max: float = 0.0
-    iterations: int = 0
-    residual: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from .exchange import Result, State, StateLike, TractionLike
+from .exchange import Result, State, StateLike, Traction
 
-T = TypeVar("T", bound=TractionLike)
+T = TypeVar("T", bound=Traction)
 
 
 class StructureStep(Protocol):

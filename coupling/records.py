@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .exchange import Result, State, TractionLike
+from .exchange import Result, State, Traction
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class AcceptedStep:
     step: int
     state: State
     row: Mapping[str, float]
-    traction: TractionLike | None
+    traction: Traction | None
 
 
 @dataclass(frozen=True)

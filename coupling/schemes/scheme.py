@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..exchange import Result, State, TractionLike
+from ..exchange import Result, State, Traction
 from ..protocols import Fluid, FluidOperator, Structure, StructureStep
 
 Memory = Mapping[str, np.ndarray]
@@ -162,7 +162,7 @@ class StepResult:
     failure: Result | None
     step: StructureStep | None = None
     load: np.ndarray | None = None
-    traction: TractionLike | None = None
+    traction: Traction | None = None
     memory: Memory = field(default_factory=dict)
     iterations: int = 0
     assemblies: int = 0

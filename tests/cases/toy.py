@@ -10,12 +10,13 @@ import signal
 import sys
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
 from cases.kinds.inflation import KIND
 from cases.kinds.kind import TimeFolder
-from coupling import Result, Simulation, State, StepControl, StepResult, Traction
+from coupling import Result, Simulation, State, StepControl, StepResult
 
 AROUND, ROWS = 8, 4
 
@@ -69,8 +70,13 @@ class Scheme:
         velocity = float(memory["rate"]) * state.coefficients
         new = State(state.t + dt, state.coefficients + dt * velocity, velocity, np.sin(state.t))
         memory = {"rate": memory["rate"] * 1.01, "load": memory["load"] * 1.1}
-        traction = Traction(1e-2 * velocity, 1e-7)
+        traction = plain_traction(1e-2 * velocity, 1e-7)
         return StepResult(None, Step(new), None, traction, memory, 2, 2, 5, 11)
+
+
+def plain_traction(coefficients: np.ndarray, zeta: float) -> SimpleNamespace:
+    rest = {"flux": 0.0, "velocity_max": 0.0, "iterations": 0, "residual": 0.0}
+    return SimpleNamespace(coefficients=coefficients, zeta=zeta, **rest)
 
 
 def initial() -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -20,14 +21,14 @@ from coupling import (
     Result,
     Snapshot,
     State,
-    Traction,
 )
 
 
 def _step(n, **row):
     x = np.full((32, 3), float(n))
     row = {"step": n, "t": 0.1 * n, "volume": 1.0 / 3.0, "wall_time": 1.0, **row}
-    return AcceptedStep(n, State(0.1 * n, x, x, 0.0), row, Traction(x, 0.0))
+    traction = SimpleNamespace(coefficients=x, zeta=0.0)
+    return AcceptedStep(n, State(0.1 * n, x, x, 0.0), row, traction)
 
 
 def _snapshot():

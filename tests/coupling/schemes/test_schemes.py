@@ -4,12 +4,13 @@ Structure: x = b + load; fluid: load = -rho dt v with v = x / dt (added damping 
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.sparse.linalg import aslinearoperator
 
-from coupling.exchange import Result, State, Traction
+from coupling.exchange import Result, State
 from coupling.schemes.automatic import Automatic
 from coupling.schemes.fixed_point import Partitioned, iterate
 from coupling.schemes.implicit import Implicit, StructureOnly
@@ -57,7 +58,8 @@ class LinearFluid:
         self.assemblies = 0
 
     def traction(self, velocity):
-        return Traction(self.rho * self.dt * velocity, 0.0)
+        rest = {"flux": 0.0, "velocity_max": 0.0, "iterations": 0, "residual": 0.0}
+        return SimpleNamespace(coefficients=self.rho * self.dt * velocity, zeta=0.0, **rest)
 
     def load(self, traction):
         return -traction.coefficients
