@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..near.closest_point import NearPairs, near_pairs
+from ..near.near_field import FULL
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import SampledSurface
@@ -21,7 +22,6 @@ from . import _field_kernels as kernels
 
 WALL = 1e-6  # relative distance below which a point is on the wall
 RULE = (8.0, 2.6)  # nodes on each side of the closest point: 8 + 2.6 ln(h / d)
-SYMMETRIC = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # components 00 01 02 11 12 22 to a matrix
 
 
 @dataclass(frozen=True)
@@ -199,5 +199,5 @@ def _field_of(
     velocity = np.where(wall[:, None], walls, velocity)
     pressure = np.where(wall, np.nan, pressure)
     stress = np.where(wall[:, None], np.nan, stress)
-    matrix = stress[:, SYMMETRIC].reshape(-1, 3, 3)
+    matrix = stress[:, FULL].reshape(-1, 3, 3)
     return FlowField(velocity, pressure, matrix, inside, out[:, kernels.ANGLE], wall)

@@ -3,8 +3,8 @@
 Candidates come from balls around the elements; the closest point decides:
 ``b_i = d / max(|x_i|, radius / 2)``, near if ``min(b_1, b_2) <= 1``. Both depend on distances
 within the scene alone, so a rotated scene gives the same pairs. Newton's closest point is kept
-if it is stationary and nearer than `Pieces.flat` (within the radius of curvature); elsewhere a
-search certifies it.
+if it is stationary and nearer than `ElementPieces.flat` (within the radius of curvature);
+elsewhere a search certifies it.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ GRID = 0.5 - 0.5 * np.cos(np.pi * (np.arange(5) + 0.5) / 5)  # interior: normals
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """Pieces by element.
+class ElementPieces:
+    """The pieces of all elements, element by element.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Pieces:
         return self.elements.size
 
 
-def divide(control: np.ndarray) -> Pieces:
+def divide(control: np.ndarray) -> ElementPieces:
     """Pieces of Bezier patches ``control (n_elements, g + 1, g + 1, 3)``."""
     elements = np.arange(control.shape[0])
     boxes = np.tile([0.0, 1.0, 0.0, 1.0], (elements.size, 1))
@@ -75,7 +75,7 @@ def divide(control: np.ndarray) -> Pieces:
     indptr = np.searchsorted(elements, np.arange(control.shape[0] + 1))
     convexity, speeds = bounds(control[elements], boxes)
     flat = _flatness(control[elements], boxes)
-    return Pieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
+    return ElementPieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
 
 
 def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`Pieces.convexity` and `Pieces.speeds` of boxes, from Bernstein coefficients: rigorous."""
+    """Convexity and speeds of boxes from Bernstein coefficients, rigorous: see `ElementPieces`."""
     degree, n = control.shape[1] - 1, boxes.shape[0]
     net = _coefficients(_grid(control, boxes, _chebyshev(degree))[0].reshape(n, -1, 3))
     first = [degree * np.diff(net, axis=k) for k in (1, 2)]
@@ -120,7 +120,7 @@ def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _flatness(control: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """`Pieces.flat` of boxes."""
+    """`ElementPieces.flat` of boxes."""
     _, s, t = _grid(control, boxes, GRID)
     k = GRID.size
     widths = np.stack([boxes[:, 1] - boxes[:, 0], boxes[:, 3] - boxes[:, 2]], axis=1)

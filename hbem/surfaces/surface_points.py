@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from .bernstein import centred_powers, tensor_bernstein, tensor_bernstein_gradient
 from .patches import SurfacePatches
 from .quadrature import QuadratureOrders, gauss_square
-from .subdivision import Pieces, balls, divide, grid_points
+from .subdivision import ElementPieces, balls, divide, grid_points
 from .triangles import quadrilaterals, rotation_table
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
@@ -77,7 +77,7 @@ class SampledSurface:
     triangular: bool = False
 
     @cached_property
-    def pieces(self) -> Pieces:
+    def pieces(self) -> ElementPieces:
         """Pieces of elements for the near rules; whole elements unless they turn a lot."""
         return divide(self.control)
 

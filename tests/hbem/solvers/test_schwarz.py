@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import aslinearoperator
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
@@ -104,6 +105,14 @@ def test_direct_blocks_and_coarse_products_agree_with_the_stored_matrix(gap):
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
     assert error < 3e-3
     assert error > 1e-12  # some boxes were far
+
+
+def test_only_single_layers_have_a_surface_to_cluster(gap):
+    layer, _ = gap
+    surface = layer.surface
+    system = SaddleSystem(aslinearoperator(layer.dense()), surface.constraint, surface.mass)
+    with pytest.raises(TypeError, match="needs a SingleLayer"):
+        two_level_schwarz(system)
 
 
 def test_one_multiplier_for_each_component():
