@@ -31,14 +31,14 @@ BENCHMARKS: Mapping[str, Entry] = {
         "coupling schemes: contraction, assemblies, seconds, failures",
     ),
     "folds": Entry(
-        "cases.benchmarks.inflation.folds", "one fluid solve of bags folded 2, 4, 8, 16 times"
+        "cases.benchmarks.folds.suite", "one fluid solve of bags folded 2, 4, 8, 16 times"
     ),
     "integrals": Entry(
         "cases.benchmarks.integrals.suite",
         "single and double layer: exact flows, near rules, speed",
     ),
     "pancake": Entry(
-        "cases.benchmarks.inflation.pancake", "coupled inflation against statics, schemes compared"
+        "cases.benchmarks.pancake.suite", "coupled inflation against statics, schemes compared"
     ),
     "planar": Entry(
         "cases.benchmarks.planar.suite",

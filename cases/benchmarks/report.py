@@ -19,7 +19,7 @@ import numpy as np
 from ..machine import machine, versions
 from ..output.atomic import replacing
 
-Row = Mapping[str, Any]
+Row = dict[str, Any]
 NEEDED = ("case", "seconds", "error")
 HIDDEN = ("gflop", "pairs")  # seconds in units of the calibration: in the JSON only
 
@@ -69,7 +69,7 @@ def calibrate(pairs: Callable[[], int] | None = None, size: int = 1000) -> dict[
     return speed
 
 
-def calibrated(rows: Sequence[Row], speed: Mapping[str, float]) -> list[dict[str, Any]]:
+def calibrated(rows: Sequence[Row], speed: Mapping[str, float]) -> list[Row]:
     """Rows with their seconds also in units of the calibration.
 
     Raises

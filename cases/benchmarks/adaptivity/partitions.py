@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -25,8 +24,8 @@ from coupling.schemes.relaxation import Aitken, GaussSeidel, Relaxation
 from ...kinds.adaptive_flow import build
 from ...kinds.adaptive_flow.build import DIRICHLET, OUTLET
 from ...kinds.adaptive_flow.geometry import channel_cavity
+from ..report import Row
 
-Row = dict[str, Any]
 CORNER = (1.9, 2.0, -1.0, -0.9)
 
 
@@ -88,12 +87,13 @@ def boundary_row(name: str, cells: int) -> Row:
     flow = build.boundary_flow_on(mesh, flagged, 10.0)
     x, _ = flow.solve()
     seconds = time.process_time() - began
-    options = {"reynolds": 10.0, "outlet": OUTLET}
-    parts = cut(mesh, flagged, DIRICHLET, **options)
+    parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET)
     began = time.process_time()
     coarse = monolithic(parts)
     peer = time.process_time() - began
-    finer = cut(fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, **options)
+    finer = cut(
+        fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, reynolds=10.0, outlet=OUTLET
+    )
     better = monolithic(finer)
     at = parts.inner_trace
     size = np.linalg.norm(coarse.inner[at])
