@@ -1,7 +1,10 @@
-"""Benchmarks: error against time, always both. Each module has ``run(quick) -> rows``.
+"""Benchmarks: error against time, always both. A benchmark is a folder with ``suite.py``.
 
-A row is a mapping with ``case``, ``seconds``, ``error`` and its parameters by name, ``tolerance``
-where one was requested, ``reference``, and ``ratio`` beside ``peer`` where a peer ran.
+A suite has ``run(quick)``, which returns or yields rows: ``case``, ``seconds``, ``error`` and its
+parameters by name, ``reference``, ``error_kind`` where the error is not relative, ``tolerance``
+where one was requested of that same error, ``expected`` ("fail") where a row is shown because it
+fails, ``ratio`` beside ``peer`` where a peer ran. ``report.py`` runs one, ``record.py`` keeps rows
+in ``results/``, ``tables.py`` makes the README's tables of them by the ``views.py`` of each folder.
 """
 
 from __future__ import annotations

@@ -44,9 +44,7 @@ def contraction_row(name: str, options: Sequence[str], state: State, m: float, d
         assert isinstance(posed.structure, ShellStructure)
         body, material = bag(scene), posed.structure.shell.material
         surface = 2.0 * np.pi / float(np.diff(body.nodes).min())
-        film = planar_film(
-            posed.structure.shell.material, body.inlet, state, dt, scene.geometry.radius
-        )
+        film = planar_film(material, body.inlet, state, dt, scene.geometry.radius)
         forecast = m * dt * max(surface, film)
         more = {"antisymmetric": asymmetry(mode)}
     return {
