@@ -67,7 +67,8 @@ def unloaded(structure: Structure, state: State, dt: float) -> State:
     step = structure.step(state, None, dt, structure.volume(state.coefficients))
     if not step.ok:
         raise ArithmeticError(f"unloaded structure step: {step.outcome.value}")
-    return step.state
+    found = step.state
+    return State(found.t, found.coefficients, found.velocity, found.pressure)
 
 
 def measured_ratio(

@@ -197,19 +197,20 @@ def _solve(
 
 
 @cache
-def _reference(kind: str, eps: float, n: int) -> tuple[SingleLayer, np.ndarray, np.ndarray]:
-    """Finest operator of a disc bag, the manufactured traction and its data."""
+def _reference(
+    kind: str, eps: float, n: int
+) -> tuple[BezierPatches, np.ndarray, np.ndarray, np.ndarray]:
+    """A disc bag: patches, configuration, manufactured traction and its data by the finest rule."""
     bag = round_bag(n, gap=eps, flatten=0.0 if kind == "ellipsoid" else 3.0)
     layer = single_layer(bag.patches(), bag.coefficients, FINEST, storage="dense")
     exact = gap_traction(layer.surface).ravel()
-    return layer, exact, layer @ exact
+    return bag.patches(), bag.coefficients, exact, layer @ exact
 
 
 def _rule_row(case: str, kind: str, eps: float, n: int, orders: QuadratureOrders) -> Row:
-    reference, exact, data = _reference(kind, eps, n)
-    patches = reference.surface.patches
+    patches, coefficients, exact, data = _reference(kind, eps, n)
     start = time.perf_counter()
-    layer = single_layer(patches, patches.coefficients, orders, storage="dense")
+    layer = single_layer(patches, coefficients, orders, storage="dense")
     seconds = time.perf_counter() - start
     surface = layer.surface
     found = DenseSaddle(layer, surface.constraint, surface.mass).solve(data)
