@@ -21,34 +21,16 @@ class Entry:
     summary: str
 
 
+_SUMMARIES = {
+    "adaptivity": "where Stokes is good enough, against the printed figures",
+    "compression": "ACA and H2 operators against direct sums and FMM3D",
+    "coupling": "coupling schemes: contraction, assemblies, seconds, failures",
+    "folds": "one fluid solve of bags folded 2, 4, 8, 16 times",
+    "integrals": "single and double layer: exact flows, near rules, speed",
+    "pancake": "coupled inflation against statics, schemes compared",
+    "planar": "planar flows, narrow gaps, all planar scenes, models compared",
+    "shells": "roof, locking and large rotations against published figures",
+}
 BENCHMARKS: Mapping[str, Entry] = {
-    "adaptivity": Entry(
-        "cases.benchmarks.adaptivity.suite",
-        "where Stokes is good enough, against the printed figures",
-    ),
-    "compression": Entry(
-        "cases.benchmarks.compression.suite", "ACA and H2 operators against direct sums and FMM3D"
-    ),
-    "coupling": Entry(
-        "cases.benchmarks.coupling.suite",
-        "coupling schemes: contraction, assemblies, seconds, failures",
-    ),
-    "folds": Entry(
-        "cases.benchmarks.folds.suite", "one fluid solve of bags folded 2, 4, 8, 16 times"
-    ),
-    "integrals": Entry(
-        "cases.benchmarks.integrals.suite",
-        "single and double layer: exact flows, near rules, speed",
-    ),
-    "pancake": Entry(
-        "cases.benchmarks.pancake.suite", "coupled inflation against statics, schemes compared"
-    ),
-    "planar": Entry(
-        "cases.benchmarks.planar.suite",
-        "planar flows, narrow gaps, all planar scenes, models compared",
-    ),
-    "shells": Entry(
-        "cases.benchmarks.shells.suite",
-        "roof, locking and large rotations against published figures",
-    ),
+    name: Entry(f"{__name__}.{name}.suite", summary) for name, summary in _SUMMARIES.items()
 }

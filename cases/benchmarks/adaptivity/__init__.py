@@ -1,5 +1,5 @@
-"""Model adaptivity: `suite.py` (the thesis' loop, effectivity, cost), then ``partitions.py``.
+"""Model adaptivity: `suite.py` has the thesis' loop and its effectivity and lists the other parts.
 
-``partitions.py`` has partitioned iterations and the Stokes part by boundary elements; ``views.py``
-the tables.
+``partitions.py`` (partitioned iterations, the Stokes part by boundary elements), ``costs.py``
+(strategies side by side), ``picture.py`` (all of it drawn), ``views.py`` (the tables).
 """
