@@ -50,7 +50,7 @@ VIEWS = {
         {"elements": "{elements}", "degree": "{degree}"},
         (
             "{layer} layer: seconds / us a pair / ns a point",
-            "{seconds:.2g} / {us_a_pair:.2g} / {ns_a_point:.2g}",
+            "{seconds:.2g} / {us_a_pair:.2g} / {ns_a_point:.3g}",
         ),
     ),
     "action": View(

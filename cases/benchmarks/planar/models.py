@@ -155,8 +155,8 @@ def rows(quick: bool, pancake: PlanarRun, fold: PlanarRun) -> list[Row]:
         found += bulge_rows(small[0], small[1], (1.1, 1.25, 1.5, 2.0, 2.5), "width 4")
     uniform = simulate("planar-stokes-fold", *fold.overrides, UNIFORM)
     found.append(uniform.row("fold, uniform pressure", volume_error(uniform), error_kind="volume"))
-    found += fold_rows(fold, uniform, (1.01, 1.05, 1.1) if not quick else (1.0003,))
-    if not quick:
+    if not quick:  # short runs have hardly begun to open
+        found += fold_rows(fold, uniform, (1.01, 1.05, 1.1))
         empty = simulate("planar-stokes-deflation", UNIFORM)
         case = "deflation, uniform pressure"
         found.append(empty.row(case, volume_error(empty), error_kind="volume"))

@@ -18,7 +18,6 @@ from ..recorded import RecordedHistory
 from ..report import Row
 
 POINTS = 400  # of a history in a report
-PRINTED_MULTIPLIER = 7.70e-3  # of the full pancake [T 5.3.1]
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,6 @@ def pancake(quick: bool) -> tuple[list[Row], PlanarRun]:
             error,
             error_kind=kind,
             pressure=end.pressure,
-            published=PRINTED_MULTIPLIER,
             stretch=f"{h.column('stretch_min').min():.4f}..{h.column('stretch_max').max():.4f}",
         )
     ]

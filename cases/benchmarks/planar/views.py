@@ -75,11 +75,11 @@ VIEWS = {
             "error": "{error:.0e} ({error_kind})",
         },
     ),
-    "multiplier": View(
+    "pancake": View(
         r"pancake, lambda = 1",
         {
             "pressure at the end": "{pressure:.4g}",
-            "[T 5.3.1], at the end of the full run": "{published:.4g}",
+            "error": "{error:.0e} ({error_kind})",
             "stretch": "{stretch}",
         },
     ),
