@@ -14,14 +14,14 @@ from ...kinds.inflation.config import InflationScene
 from ...kinds.planar.config import PlanarScene
 from ..recorded import RecordedHistory
 
-Scene = InflationScene | PlanarScene
+CoupledScene = InflationScene | PlanarScene
 
 
 @dataclass(frozen=True)
 class Posed:
     """A scene with overrides, its simulation and the history that a run fills."""
 
-    scene: Scene
+    scene: CoupledScene
     simulation: Simulation
     history: RecordedHistory
 

@@ -30,7 +30,7 @@ from ...output.vtk import read_frames
 from ...runs.start import start
 from ..pancake.suite import FAST
 from ..report import Row
-from .posed import Scene
+from .posed import CoupledScene
 
 PLANE = "planar-stokes-pancake"
 COARSE = ("mesh.straight=1.0", "mesh.curved=0.5")
@@ -70,7 +70,7 @@ KILLED = (("backward-euler", "implicit"), ("bdf2", "iqn-ils"), ("bdf2", "auto"))
 def damage(folder: Path, result: str) -> list[str]:
     """What is wrong with the files of a finished run; empty if all are whole."""
     scene = loader.read(folder / "run.toml")
-    assert isinstance(scene, Scene)
+    assert isinstance(scene, CoupledScene)
     wrong = []
     record = json.loads((folder / "run.json").read_text())
     if record["result"] != result:
@@ -94,7 +94,7 @@ def stress_row(case: str, folder: Path) -> Row:
     """Run one of `CASES` into a folder."""
     name, options = CASES[case]
     scene = loader.read(name, [*options, "output.picture=false"])
-    assert isinstance(scene, Scene)
+    assert isinstance(scene, CoupledScene)
     began = time.process_time()
     with redirect_stdout(StringIO()):
         outcome = start(scene, folder, Console(file=StringIO())).outcome
