@@ -12,7 +12,7 @@ from ..output.recorder import Silent
 
 
 @dataclass
-class History(Silent):
+class RecordedHistory(Silent):
     """Keeps rows and states of a run in memory."""
 
     rows: list[dict[str, float]] = field(default_factory=list)

@@ -7,8 +7,11 @@ dgemm (GFLOP) or the far kernel (pairs of points) does in that time.
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
@@ -19,7 +22,7 @@ import numpy as np
 from ..machine import machine, versions
 from ..output.atomic import replacing
 
-Row = Mapping[str, Any]
+Row = dict[str, Any]
 NEEDED = ("case", "seconds", "error")
 HIDDEN = ("gflop", "pairs")  # seconds in units of the calibration: in the JSON only
 
@@ -30,10 +33,18 @@ def execute(name: str, module: str, quick: bool, file: Path | None = None) -> li
     The file is valid from the first row on: it is written anew after each row of a benchmark that
     yields them one by one.
     """
+    load = round(os.getloadavg()[0], 1) if hasattr(os, "getloadavg") else -1.0
     benchmark = import_module(module)
     speed = calibrate(getattr(benchmark, "pairs", None))
     rows: list[Row] = []
-    report = {"benchmark": name, "machine": {**machine(), **versions(), **speed}, "rows": rows}
+    report = {
+        "benchmark": name,
+        "quick": quick,
+        "date": datetime.now(UTC).date().isoformat(),
+        "commit": revision(),
+        "machine": {**machine(), "load": load, **versions(), **speed},
+        "rows": rows,
+    }
     for row in benchmark.run(quick):
         rows += calibrated([row], speed)
         if file is not None:
@@ -45,6 +56,23 @@ def execute(name: str, module: str, quick: bool, file: Path | None = None) -> li
         draw(rows, picture)
         print(f"picture: {picture}")
     return rows
+
+
+def revision() -> str:
+    """Git revision of the code, with ``+`` if it was changed since; its version without git."""
+    home = Path(__file__).parent
+
+    def git(*words: str) -> str:
+        run = subprocess.run(
+            ["git", "-C", home, *words], capture_output=True, text=True, check=True
+        )
+        return run.stdout.strip()
+
+    try:
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", ":/*.py")
+        return git("rev-parse", "--short=7", "HEAD") + ("+" if changed else "")
+    except (OSError, subprocess.CalledProcessError):
+        return versions()["airfold"]
 
 
 def _write(report: Mapping[str, Any], file: Path) -> None:
@@ -69,7 +97,7 @@ def calibrate(pairs: Callable[[], int] | None = None, size: int = 1000) -> dict[
     return speed
 
 
-def calibrated(rows: Sequence[Row], speed: Mapping[str, float]) -> list[dict[str, Any]]:
+def calibrated(rows: Sequence[Row], speed: Mapping[str, float]) -> list[Row]:
     """Rows with their seconds also in units of the calibration.
 
     Raises

@@ -8,25 +8,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
 from coupling.navier_stokes.flow import MixedFlow
-from coupling.navier_stokes.newton import solve_robustly
+from coupling.navier_stokes.newton import robust
 from coupling.partitions.boundary_loop import adapt_boundary
-from coupling.partitions.interface_iterations import Transmission, solve_partitioned
-from coupling.partitions.substructure import cut, solve_monolithic
+from coupling.partitions.interface_iterations import Scheme, partitioned
+from coupling.partitions.substructure import cut, monolithic
 from coupling.schemes.quasi_newton import QuasiNewton
 from coupling.schemes.relaxation import Aitken, GaussSeidel, Relaxation
 
 from ...kinds.adaptive_flow import build
 from ...kinds.adaptive_flow.build import DIRICHLET, OUTLET
 from ...kinds.adaptive_flow.geometry import channel_cavity
+from ..report import Row
 
-Row = dict[str, Any]
 CORNER = (1.9, 2.0, -1.0, -0.9)
 
 
@@ -43,17 +42,15 @@ def partitioned_rows() -> list[Row]:
     for part, flagged in (("cavity", y > 0.0), ("lower half of it", y > -0.5)):
         for stress in (True, False):
             parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET, stress=stress)
-            whole = solve_monolithic(parts)
+            whole = monolithic(parts)
             n = 2 * parts.inner.space.n_velocity
-            for transmission in Transmission:
+            for scheme in Scheme:
                 for name, relaxation in relaxations().items():
                     began = time.process_time()
-                    found = solve_partitioned(
-                        parts, relaxation, transmission=transmission, tolerance=1e-13
-                    )
+                    found = partitioned(parts, relaxation, scheme=scheme, tolerance=1e-13)
                     rows.append(
                         {
-                            "case": f"S = {part}, {transmission.name.lower()}, {name}",
+                            "case": f"S = {part}, {scheme.name.lower()}, {name}",
                             "seconds": time.process_time() - began,
                             "error": float(np.abs(found.inner - whole.inner)[:n].max()),
                             "error_kind": "largest velocity difference",
@@ -90,13 +87,14 @@ def boundary_row(name: str, cells: int) -> Row:
     flow = build.boundary_flow_on(mesh, flagged, 10.0)
     x, _ = flow.solve()
     seconds = time.process_time() - began
-    options = {"reynolds": 10.0, "outlet": OUTLET}
-    parts = cut(mesh, flagged, DIRICHLET, **options)
+    parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET)
     began = time.process_time()
-    coarse = solve_monolithic(parts)
+    coarse = monolithic(parts)
     peer = time.process_time() - began
-    finer = cut(fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, **options)
-    better = solve_monolithic(finer)
+    finer = cut(
+        fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, reynolds=10.0, outlet=OUTLET
+    )
+    better = monolithic(finer)
     at = parts.inner_trace
     size = np.linalg.norm(coarse.inner[at])
     points = parts.inner.space.points[:, at]
@@ -140,7 +138,7 @@ def boundary_loops(cells: int) -> list[Row]:
             reference=reference,
         )
         for k, step in enumerate(steps):
-            stokes = solve_robustly(whole, step.flagged)
+            stokes = robust(whole, step.flagged)
             value = vorticity(whole).value(stokes.x)
             rows.append(
                 {

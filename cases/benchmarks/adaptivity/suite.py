@@ -8,22 +8,24 @@ that did not converge are marked and carry no figures. Seconds are the processor
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from coupling.model_adaptivity.adaptive_loop import Step, Strategy, adapt, full_model
 from coupling.navier_stokes.flow import MixedFlow
-from coupling.navier_stokes.newton import solve_robustly
+from coupling.navier_stokes.newton import robust
 
 from ... import loader
 from ...kinds.adaptive_flow import build
+from ...kinds.adaptive_flow.config import AdaptiveFlowScene
 from ...kinds.adaptive_flow.geometry import channel_cavity
+from ..report import Row
 from . import partitions
-from .partitions import Row, vorticity
+from .costs import cost_rows
+from .partitions import vorticity
+from .picture import draw
+
+__all__ = ["draw", "run"]
 
 # [T fig. 7.3]: step -> printed error and fraction of Navier-Stokes elements.
 PRINTED = {0: (-4.12e-2, 0.0), 1: (4.43e-3, 0.195), 2: (2.12e-3, 0.392), 4: (-2.56e-5, 0.743)}
@@ -47,7 +49,7 @@ def run(quick: bool) -> list[Row]:
         for n in ((5, 10) if quick else (5, 10, 20))
     ]
     rows += partitions.boundary_loops(10 if quick else 20)
-    rows += _costs(20 if quick else 40)
+    rows += cost_rows(20 if quick else 40)
     return rows
 
 
@@ -141,6 +143,7 @@ def _first_steps(sizes: tuple[int, ...]) -> list[Row]:
 
 def _first_step_adapted() -> Row:
     scene = loader.read("cavity-re1000")
+    assert isinstance(scene, AdaptiveFlowScene)
     *_, level = build.levels(scene)
     n = level.flow.space.n_elements
     return _first_row(f"Re = 1000, {n} adapted triangles", level.flow, level.error / level.value)
@@ -158,9 +161,7 @@ def _linearised(cells: int) -> Row:
     """Frozen convection, linear goal: the estimate is exact."""
     flow = build.flow_on(channel_cavity(cells), 10.0)
     began = time.process_time()
-    steps = steps_of(
-        flow.with_wind(solve_robustly(flow, flow.everywhere).x), Strategy(tolerance=1e-4)
-    )
+    steps = steps_of(flow.frozen(robust(flow, flow.everywhere).x), Strategy(tolerance=1e-4))
     return {
         "case": f"linearised, h = 1/{cells}",
         "seconds": time.process_time() - began,
@@ -198,115 +199,3 @@ def _needed(steps: list[Step], tolerance: float) -> float:
     above = [s.element_fraction for s in steps if s.bound > tolerance]
     below = [s.element_fraction for s in steps if s.element_fraction > max(above, default=-1.0)]
     return min(below, default=np.nan)
-
-
-def _costs(cells: int) -> list[Row]:
-    """Error in the goal against seconds and fraction: models, indicators, adjoints, markings."""
-    rows = []
-    for reynolds in (10.0, 1000.0):
-        flow = build.flow_on(channel_cavity(cells), reynolds)
-        goal = vorticity(flow)
-        case = f"Re = {reynolds:g}, h = 1/{cells}"
-        began = time.process_time()
-        reference, _ = full_model(flow, goal)
-        full = time.process_time() - began
-        rows.append(_cost(f"{case}, Navier-Stokes everywhere", full, 0.0, 1.0, 1, full))
-        began = time.process_time()
-        value = goal.value(solve_robustly(flow, flow.nowhere).x)
-        seconds = time.process_time() - began
-        error = (reference - value) / value
-        rows.append(_cost(f"{case}, Stokes everywhere", seconds, error, 0.0, 1, full))
-        for name, strategy in strategies().items():
-            began = time.process_time()
-            steps = list(adapt(flow, goal, strategy, reference=reference))
-            seconds, last = time.process_time() - began, steps[-1]
-            row = _cost(
-                f"{case}, {name}",
-                seconds,
-                last.error_rel_j0,
-                last.element_fraction,
-                len(steps),
-                full,
-            )
-            rows.append(row)
-    return rows
-
-
-def strategies(tolerance: float = 1e-3) -> Mapping[str, Strategy]:
-    """Indicators, adjoints and markings side by side, all to one bound."""
-    plain = Strategy(tolerance=tolerance, max_steps=40)
-    return {
-        **{kind: replace(plain, indicator=kind) for kind in ("integral", "counting", "exact")},
-        "integral, enriched adjoint": replace(plain, adjoint="enriched", layers=2),
-        "integral, mixed adjoint": replace(plain, adjoint="mixed"),
-        "integral, doerfler 0.9": replace(plain, marking="doerfler", parameter=0.9),
-        "integral, fixed fraction 0.2": replace(plain, marking="fraction", parameter=0.2),
-    }
-
-
-def _cost(
-    case: str, seconds: float, error: float, fraction: float, solves: int, full: float
-) -> Row:
-    return {
-        "case": case,
-        "seconds": seconds,
-        "error": error,
-        "tolerance": 1e-3,
-        "reference": "full model, same mesh",
-        "elements": fraction,
-        "solves": solves,
-        "ratio": seconds / full,
-        "peer": "Navier-Stokes everywhere",
-    }
-
-
-def _draw_costs(axes: Any, rows: list[Row]) -> None:
-    """One colour a strategy, one marker a Reynolds number; an exact model sits on the floor."""
-    floor, colours, labels = 1e-12, {}, {"Re = 10": "o", "Re = 1000": "^"}
-    for row in rows:
-        reynolds, _, *words = row["case"].split(", ")
-        name = ", ".join(words)
-        label = None if name in colours else name
-        colour = colours.setdefault(name, f"C{len(colours)}")
-        size = max(abs(row["error"]), floor)
-        options = {"marker": labels[reynolds], "linestyle": "none", "label": label}
-        axes.loglog(row["ratio"], size, color=colour, **options)
-    axes.set(
-        xlabel="seconds over Navier-Stokes everywhere",
-        ylabel="|error|",
-        title="error against cost: circles Re = 10, triangles Re = 1000",
-    )
-    axes.legend(fontsize=8, loc="lower left")
-
-
-def draw(rows: list[Row], path: Path) -> None:
-    """Errors, mesh independence and effectivity as [T figs. 7.10-7.12]."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(15, 9), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(2, 2)
-    colours = {"10": "tab:blue", "100": "tab:orange", "1000": "tab:red"}
-    for row in (r for r in rows if "_curve" in r):
-        curve = np.array(row["_curve"])
-        reynolds, cells = row["case"].split(",")[0].split()[-1], row["case"].split("1/")[1]
-        label = f"Re = {reynolds}, h = 1/{cells.split(',')[0]}"
-        style = {"10": ":", "20": "--", "40": "-"}[cells.split(",")[0]]
-        options = {"color": colours[reynolds], "linestyle": style, "label": label}
-        size = np.maximum(np.abs(curve[:, 2]), 1e-16)
-        axes[0, 0].semilogy(curve[:, 0], size, marker=".", **options)
-        axes[0, 1].semilogy(curve[:, 1], size, marker=".", **options)
-        axes[1, 0].semilogx(size, curve[:, 3], marker=".", **options)
-    axes[0, 0].set(
-        xlabel="fraction of elements", ylabel="|estimate|", title="estimate, by elements"
-    )
-    axes[0, 1].set(xlabel="fraction of the volume", title="estimate, by volume")
-    axes[1, 0].set(xlabel="|estimate|", title="effectivity", ylim=(-1.0, 3.0))
-    axes[1, 0].invert_xaxis()
-    axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
-    axes[0, 0].legend(fontsize=8)
-    _draw_costs(axes[1, 1], [r for r in rows if "tolerance" in r])
-    for ax in axes.ravel():
-        ax.grid(alpha=0.3)
-    figure.savefig(path)

@@ -21,13 +21,14 @@ from hbem.compression.hmatrix import forecast_points, hmatrix
 from hbem.compression.operator import Compressed, direct
 from hbem.compression.point_kernel import PointKernel
 
+from ..report import Row
 from . import bags as compressed_bags
 
 TOLERANCES = (1e-3, 1e-6)
 MEMORY = 3.0e9  # bytes an operator of this benchmark may take
 LARGEST_FINE = 100_000  # points up to which both tolerances run
 DIRECT = 3000  # targets of a timed direct sum; the rest is extrapolated
-BUILDERS = {"aca": hmatrix, "h2": h2matrix}
+BUILDERS: dict[str, Callable[[np.ndarray, float], Compressed]] = {"aca": hmatrix, "h2": h2matrix}
 
 
 def sphere(n: int) -> np.ndarray:
@@ -65,7 +66,7 @@ def _timed(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
     return best, result
 
 
-def _direct_row(cloud: str, points: np.ndarray) -> dict[str, Any]:
+def _direct_row(cloud: str, points: np.ndarray) -> Row:
     operator = direct(PointKernel(points), None)
     n = points.shape[0]
     some = np.arange(0, n, -(-n // DIRECT))
@@ -79,7 +80,7 @@ def _direct_row(cloud: str, points: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _fmm_row(cloud: str, points: np.ndarray, tolerance: float) -> dict[str, Any] | None:
+def _fmm_row(cloud: str, points: np.ndarray, tolerance: float) -> Row | None:
     try:
         import fmm3dpy
     except ImportError:
@@ -109,9 +110,9 @@ def _compressed_row(
     method: str,
     points: np.ndarray,
     tolerance: float,
-    peer: dict[str, Any],
+    peer: Row,
     threads: int,
-) -> dict[str, Any]:
+) -> Row:
     began = time.perf_counter()
     operator: Compressed = BUILDERS[method](points, tolerance)
     total = time.perf_counter() - began
@@ -140,7 +141,7 @@ def _compressed_row(
     }
 
 
-def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]]:
+def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[Row]:
     first: dict[tuple[str, float], float] = {}  # bytes an unknown of the smallest cloud
     for cloud, make in CLOUDS.items():
         for n in sizes:
@@ -159,7 +160,7 @@ def _point_rows(sizes: tuple[int, ...], threads: int) -> Iterator[dict[str, Any]
                     yield row | {"growth": row["bytes/unknown"] / growth}
 
 
-def run(quick: bool) -> Iterator[dict[str, Any]]:
+def run(quick: bool) -> Iterator[Row]:
     """Rows of the benchmark, as they come; ``quick`` takes the smallest sizes."""
     for build in BUILDERS.values():  # compiles the kernels
         for tolerance in TOLERANCES:
@@ -170,7 +171,7 @@ def run(quick: bool) -> Iterator[dict[str, Any]]:
     yield from compressed_bags.rows(quick)
 
 
-def draw(rows: list[dict[str, Any]], path: Path) -> None:
+def draw(rows: list[Row], path: Path) -> None:
     """Apply, build and bytes against N, log-log, with slopes of N, N log N and N^2."""
     import matplotlib
 
@@ -180,7 +181,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
     shown = ("seconds", "build", "bytes/unknown")
     titles = ("one application [s]", "build [s]", "bytes an unknown")
     figure, axes = plt.subplots(1, 3, figsize=(15, 5), layout="constrained")
-    lines: dict[tuple[str, float], list[dict[str, Any]]] = {}
+    lines: dict[tuple[str, float], list[Row]] = {}
     for row in rows:
         if "N" in row:
             lines.setdefault((row["case"], row.get("tolerance", 0.0)), []).append(row)

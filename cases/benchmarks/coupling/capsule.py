@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 from ... import loader
-from ...kinds.capsule import build
-from ..recorded import History
+from ...kinds import simulation
+from ...kinds.capsule.config import CapsuleScene
+from ..recorded import RecordedHistory
+from ..report import Row
 
 RATIOS = (0.3, 1.0, 3.0)
 
 
-def capsule_row(ratio: float, poisson: float, rows: int, around: int) -> dict[str, Any]:
+def capsule_row(ratio: float, poisson: float, rows: int, around: int) -> Row:
     """Steady D at Ca = 0.005, by steps of four relaxation times."""
     step = 40.0 * (1.0 + ratio)
     scene = loader.read(
@@ -26,9 +27,10 @@ def capsule_row(ratio: float, poisson: float, rows: int, around: int) -> dict[st
             f"time.end={5 * step}",
         ],
     )
-    history = History()
+    assert isinstance(scene, CapsuleScene)
+    history = RecordedHistory()
     began = time.process_time()
-    outcome = build.simulation(scene, [history]).run()
+    outcome = simulation(scene, [history]).run()
     last = [row["deformation"] for row in history.rows[-2:]]
     return {
         "case": f"capsule, lambda = {ratio:g}, nu = {poisson:g}, {rows} x {around}",
@@ -45,7 +47,7 @@ def capsule_row(ratio: float, poisson: float, rows: int, around: int) -> dict[st
     }
 
 
-def rows(quick: bool) -> list[dict[str, Any]]:
+def rows(quick: bool) -> list[Row]:
     """Three viscosity ratios, two Poisson ratios, three meshes."""
     if quick:
         return [capsule_row(1.0, 0.0, 6, 8)]

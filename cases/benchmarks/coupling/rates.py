@@ -8,14 +8,16 @@ since the start.
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ... import loader
+from ...kinds import simulation
 from ...kinds.planar import build
-from ..recorded import History
+from ...kinds.planar.config import PlanarScene
+from ..recorded import RecordedHistory
+from ..report import Row
 
 SMOOTH = (
     "geometry.asymmetry=0.0", "mesh.inlet=4", "inflow.final_volume=1.2", "inflow.t1=60",
@@ -40,9 +42,10 @@ class Curve:
                 f"time.integrator={integrator}",
             ],
         )
-        history = History()
+        assert isinstance(scene, PlanarScene)
+        history = RecordedHistory()
         began = time.process_time()
-        outcome = build.simulation(scene, [history]).run()
+        outcome = simulation(scene, [history]).run()
         self.seconds = time.process_time() - began
         if not outcome.result.ok or outcome.counts["rejected"]:
             raise ArithmeticError(f"{outcome.result.name}, {outcome.summary}")
@@ -72,7 +75,7 @@ def _rows(
     what: str,
     order: int = 0,
     margin: float = 0.0,
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     found, last = [], None
     for n, run in runs.items():
         error = run.distance(reference, order, margin)
@@ -92,7 +95,7 @@ def _rows(
     return found
 
 
-def rows(quick: bool) -> list[dict[str, Any]]:
+def rows(quick: bool) -> list[Row]:
     """Temporal errors of both integrators on one mesh, spatial ones at one time step."""
     steps, fine = ((10, 20, 40), 160) if quick else ((20, 40, 80, 160), 640)
     reference = Curve(32, fine, "bdf2")

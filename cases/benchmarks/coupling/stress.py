@@ -17,19 +17,20 @@ from collections.abc import Sequence
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 
-from coupling import Result
+from coupling.protocols import Outcome, Result
 
 from ... import loader
 from ...output.checkpoint import load, scene_hash
 from ...output.history import read_history
 from ...output.vtk import read_frames
-from ...runs import start as runs
-from ..inflation.pancake import FAST
+from ...runs.start import start
+from ..pancake.suite import FAST
+from ..report import Row
+from .posed import CoupledScene
 
 PLANE = "planar-stokes-pancake"
 COARSE = ("mesh.straight=1.0", "mesh.curved=0.5")
@@ -68,7 +69,9 @@ KILLED = (("backward-euler", "implicit"), ("bdf2", "iqn-ils"), ("bdf2", "auto"))
 
 def damage(folder: Path, result: str) -> list[str]:
     """What is wrong with the files of a finished run; empty if all are whole."""
-    scene, wrong = loader.read(folder / "run.toml"), []
+    scene = loader.read(folder / "run.toml")
+    assert isinstance(scene, CoupledScene)
+    wrong = []
     record = json.loads((folder / "run.json").read_text())
     if record["result"] != result:
         wrong.append(f"run.json says {record['result']}")
@@ -87,13 +90,15 @@ def damage(folder: Path, result: str) -> list[str]:
     return wrong
 
 
-def stress_row(case: str, folder: Path) -> dict[str, Any]:
+def stress_row(case: str, folder: Path) -> Row:
     """Run one of `CASES` into a folder."""
     name, options = CASES[case]
     scene = loader.read(name, [*options, "output.picture=false"])
+    assert isinstance(scene, CoupledScene)
     began = time.process_time()
     with redirect_stdout(StringIO()):
-        outcome = runs.start(scene, folder, Console(file=StringIO())).outcome
+        outcome = start(scene, folder, Console(file=StringIO())).outcome
+    assert isinstance(outcome, Outcome)  # none is stopped
     columns = read_history(folder / "history.csv")
     drift = np.abs(columns["volume"] / columns["volume_prescribed"] - 1.0).max()
     return {
@@ -128,7 +133,7 @@ def _history(folder: Path) -> list[str]:
     return [line.rsplit(",", 1)[0] for line in lines]
 
 
-def kill_row(integrator: str, scheme: str, folder: Path, after: int = 9) -> dict[str, Any]:
+def kill_row(integrator: str, scheme: str, folder: Path, after: int = 9) -> Row:
     """A run killed after some steps and resumed, against the same run left alone."""
     options = [*COARSE, "time.end=80", f"time.integrator={integrator}", "output.picture=false",
                "output.checkpoint_every=4", f"coupling.scheme={scheme}"]  # fmt: skip
@@ -156,7 +161,7 @@ def kill_row(integrator: str, scheme: str, folder: Path, after: int = 9) -> dict
     }
 
 
-def rows(quick: bool) -> list[dict[str, Any]]:
+def rows(quick: bool) -> list[Row]:
     """All cases, each in a folder of its own that is removed."""
     found = []
     with tempfile.TemporaryDirectory() as place:

@@ -6,7 +6,8 @@ Rows of `airfold bench integrals`.
 from __future__ import annotations
 
 import time
-from typing import Any
+from functools import partial
+from operator import matmul
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -23,9 +24,8 @@ from hbem.surfaces.surface_points import SampledSurface, sample
 from hbem.surfaces.triangles import quadrilaterals, triangle_index
 
 from ...geometry.bodies import fitted, torus
-from ..report import best
+from ..report import Row, best
 
-Row = dict[str, Any]
 DISTANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -33,6 +33,12 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 def run(quick: bool) -> list[Row]:
     """All rows of this file."""
     return [*near_rows(quick), *triangle_rows(quick), *speed_rows(quick), *action_rows(quick)]
+
+
+def coefficients_of(body: BezierPatches) -> np.ndarray:
+    """Of a body that was made with its own shape."""
+    assert body.coefficients is not None
+    return body.coefficients
 
 
 def subdivided(
@@ -70,7 +76,7 @@ def _kernel(r: np.ndarray, normal: np.ndarray, layer: Layer, w: np.ndarray) -> n
 def near_rows(quick: bool) -> list[Row]:
     """Near-singular moments against distance, beside plain Gauss of equal cost."""
     body = fitted(torus(8, 8))
-    surface = sample(body, body.coefficients, QuadratureOrders())
+    surface = sample(body, coefficients_of(body), QuadratureOrders())
     element, rows = 9, []
     control = surface.control[element]
     spots = ((0.4, 0.55), (0.02, 0.5), (0.01, 0.03)) if quick else (
@@ -130,9 +136,9 @@ def triangle_rows(quick: bool) -> list[Row]:
     fixed = quadrilaterals(body)
     surfaces = [sample(patches, control, QuadratureOrders()) for patches in (body, fixed)]
     # barycentric places: centre, edge, near an edge, beside each vertex
-    spots = [[1, 1, 1], [0, 1, 1], [4, 1, 0.1], [18, 1, 1], [1, 18, 1], [1, 1.1, 18]]
-    spots += [] if quick else [[1, 20, 0.01], [5, 3, 0], [10, 3, 20], [10, 20, 3]]
-    spots = np.array(spots, float)
+    places = [[1, 1, 1], [0, 1, 1], [4, 1, 0.1], [18, 1, 1], [1, 18, 1], [1, 1.1, 18]]
+    places += [] if quick else [[1, 20, 0.01], [5, 3, 0], [10, 3, 20], [10, 20, 3]]
+    spots = np.array(places, float)
     spots /= spots.sum(axis=1, keepdims=True)
     rows = []
     for layer in (Layer.SINGLE, Layer.DOUBLE):
@@ -221,7 +227,7 @@ def speed_rows(quick: bool) -> list[Row]:
     for n_s, n_t in sizes:
         for degree in (2, 3):
             body = fitted(torus(n_s, n_t, degree=degree))
-            surface = sample(body, body.coefficients, QuadratureOrders())
+            surface = sample(body, coefficients_of(body), QuadratureOrders())
             orders = QuadratureOrders()
             near = outer_pairs(surface, orders, slice(0, surface.outer.points.shape[0]))
             own = near.found[:, 2] < 0.0
@@ -229,13 +235,11 @@ def speed_rows(quick: bool) -> list[Row]:
                 split = _points(near.found[~own], orders, layer)
                 points = (~own).sum() * split + own.sum() * 4 * orders.radial * orders.angular
                 moments = best(
-                    lambda s=surface, p=near, k=layer, o=orders: near_moments(
-                        s, p, o, k, minus_plain=True
-                    )
+                    partial(near_moments, surface, near, orders, layer, minus_plain=True)
                 )
                 whole = moments
                 if layer is Layer.SINGLE:
-                    whole = best(lambda s=surface, o=orders: near_field(s, o))
+                    whole = best(partial(near_field, surface, orders))
                 rows.append(
                     {
                         "case": f"speed {layer.name.lower()}",
@@ -260,10 +264,10 @@ def action_rows(quick: bool) -> list[Row]:
     rows = []
     for n in (20,) if quick else (20, 40):
         body = fitted(torus(n, n))
-        single = single_layer(body, body.coefficients, storage="direct")
+        single = single_layer(body, coefficients_of(body), storage="direct")
         double = double_layer(single.surface, QuadratureOrders())
         x = np.random.default_rng(0).standard_normal(single.shape[0])
-        v, k = best(lambda a=single, x=x: a @ x), best(lambda a=double, x=x: a @ x)
+        v, k = best(partial(matmul, single, x)), best(partial(matmul, double, x))
         rows.append(
             {
                 "case": "action of K", "elements": n * n, "seconds": k, "peer": "action of V",

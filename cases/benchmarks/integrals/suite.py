@@ -23,9 +23,10 @@ from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.surface_points import SampledSurface, sample
 
 from ...geometry.bodies import fitted, sphere, spheroid, torus
+from ..report import Row
 from . import gaps, near_rules
+from .near_rules import coefficients_of
 
-Row = dict[str, Any]
 Flow = tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray, np.ndarray], np.ndarray]]
 STRAIN = np.array([[1.0, 0.5, 0.0], [0.5, -2.0, 0.3], [0.0, 0.3, 1.0]])
 AXIS = np.array([0.0, 0.0, 1.0])
@@ -81,7 +82,7 @@ def traction_errors(
     """Error, best approximation, zeta and seconds of the traction jump of an exact flow."""
     orders = QuadratureOrders() if orders is None else orders
     start = time.perf_counter()
-    layer = single_layer(body, body.coefficients, orders, storage="dense")
+    layer = single_layer(body, coefficients_of(body), orders, storage="dense")
     surface = layer.surface
     data = surface.project(flow[0](surface.outer.points))
     double, projected = None, None
@@ -91,7 +92,7 @@ def traction_errors(
     rhs = jump_data(data.ravel(), ratio, double, projected)
     solved = DenseSaddle(layer, surface.constraint, surface.mass).solve(rhs)
     seconds = time.perf_counter() - start
-    fine = sample(body, body.coefficients, QuadratureOrders(outer=norm))
+    fine = sample(body, coefficients_of(body), QuadratureOrders(outer=norm))
     exact = without_pressure(fine, flow[1](fine.outer.points, fine.outer.normals))
     best = fine.basis @ splu(fine.mass.tocsc()).solve(fine.project(exact))
     tau = fine.basis @ solved.solution.reshape(-1, 3)
@@ -182,7 +183,7 @@ def eigenvalue_rows(quick: bool) -> list[Row]:
     rows = []
     for name, body in (("sphere", sphere(6, 6)), ("torus", torus(6, 6))):
         start = time.perf_counter()
-        layer = single_layer(body, body.coefficients, storage="dense")
+        layer = single_layer(body, coefficients_of(body), storage="dense")
         factor = np.linalg.cholesky(layer.surface.mass.toarray())
         inverse = np.kron(np.linalg.inv(factor), np.eye(3))
         scaled = inverse @ layer.dense() @ inverse.T

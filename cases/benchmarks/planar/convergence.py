@@ -6,16 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from .layers import Row, rate
-from .runs import Run, simulate
+from ..report import Row
+from .layers import rate
+from .runs import PlanarRun, simulate
 
 
-def space_time_distance(a: Run, b: Run, end: float, order: int = 2) -> float:
+def space_time_distance(a: PlanarRun, b: PlanarRun, end: float, order: int = 2) -> float:
     """``|a - b|`` over ``|b|`` in L2(0, end; H^order), b on a mesh that contains a's nodes."""
     basis = b.structure.shell.basis
     local = np.searchsorted(a.structure.shell.basis.nodes, basis.nodes, side="right") - 1
     h = np.diff(a.structure.shell.basis.nodes)
-    local = np.clip(local, 0, h.size - 1)
+    local = np.minimum(np.maximum(local, 0), h.size - 1)
     x = (basis.nodes - a.structure.shell.basis.nodes[local]) / h[local]
     embed = _embedding(local, x, h, 2 * h.size + 2)
     times = np.linspace(0.0, end, 33)[1:]
@@ -39,7 +40,7 @@ def _embedding(e: np.ndarray, x: np.ndarray, h: np.ndarray, n: int) -> np.ndarra
     return matrix
 
 
-def _state_at(run: Run, t: float) -> np.ndarray:
+def _state_at(run: PlanarRun, t: float) -> np.ndarray:
     """Coefficients at time t, linear between steps."""
     times = run.history.column("t")
     k = int(np.clip(np.searchsorted(times, t), 1, times.size - 1))
@@ -114,7 +115,7 @@ def folded(quick: bool) -> list[Row]:
 
 
 def _ladder(
-    case: str, figure: str, runs: list[tuple[int, Run]], levels: tuple[float, ...]
+    case: str, figure: str, runs: list[tuple[int, PlanarRun]], levels: tuple[float, ...]
 ) -> list[Row]:
     """One row a run but for the last, the reference: errors and rates up to each level.
 

@@ -13,8 +13,7 @@ from hbem.planar.potential import PotentialSystem, laplace_layers
 from hbem.planar.stokes import StokesSystem, stokes_layers
 
 from ...kinds.planar import exact
-
-Row = dict[str, Any]
+from ..report import Row
 
 
 def rate(sizes: list[float], errors: list[float]) -> float:
@@ -55,6 +54,7 @@ def self_errors() -> tuple[float, float, float]:
     a, b = np.array([0.2, 0.1]), np.array([0.7, -0.3])
     points = np.array([a, b, [1.0, 1.0]])
     V, K = stokes_layers(points)
+    assert K is not None
     length = float(np.linalg.norm(b - a))
     t = (b - a) / length
     x, w = graded(120)
@@ -85,6 +85,8 @@ def constants_error(rule: OuterRule | None = None) -> tuple[float, float]:
     one[:, 0] = 1.0
     _, K = stokes_layers(points, rule=rule)
     _, Kp = laplace_layers(points, rule=rule)
+    assert K is not None
+    assert Kp is not None
     half = 0.5 * tested(lengths, one)
     stokes = (K @ one.ravel()).reshape(-1, 2) + half
     potential = Kp @ one[:, 0] + half[:, 0]

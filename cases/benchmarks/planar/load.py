@@ -9,9 +9,9 @@ import numpy as np
 from hbem.planar.potential import PotentialSystem
 
 from ...kinds.planar import exact
-from ...kinds.planar.config import Geometry, Mesh
+from ...kinds.planar.config import FlatCurve, PlanarMesh
 from ...kinds.planar.geometry import pieces
-from .layers import Row
+from ..report import Row
 
 
 def load_functional(n: int, k: int, m: int = 256) -> tuple[np.ndarray, float]:
@@ -20,8 +20,8 @@ def load_functional(n: int, k: int, m: int = 256) -> tuple[np.ndarray, float]:
     The velocity is [T 4.31]; x_1 is the horizontal coordinate, else it does not vanish at the
     hinges. Returns pressures at ``m`` equal parameters and the load tested with sin(k pi s / L).
     """
-    curve = pieces(Geometry(width=4.0))
-    s = curve.nodes(Mesh(uniform=n))
+    curve = pieces(FlatCurve(width=4.0))
+    s = curve.nodes(PlanarMesh(uniform=n))
     membrane = curve.at(s)[0]
     r = 1.0 / 3.0
     inlet = np.column_stack([np.linspace(-0.5 * r, 0.5 * r, 17)[1:-1], np.full(15, -2.0 * r)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .layers import Row
+from ..report import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

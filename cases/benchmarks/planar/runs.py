@@ -12,22 +12,22 @@ from coupling import Outcome, State
 from shells.equilibrium.structure import ShellStructure
 
 from ... import loader
-from ...kinds.planar import build
-from ...kinds.planar.config import Scene
-from ..recorded import History
-from .layers import Row
+from ...kinds import simulation
+from ...kinds.planar.config import PlanarScene
+from ..recorded import RecordedHistory
+from ..report import Row
 
 POINTS = 400  # of a history in a report
 
 
 @dataclass(frozen=True)
-class Run:
+class PlanarRun:
     """A finished planar run with everything that was measured on the way."""
 
-    scene: Scene
+    scene: PlanarScene
     overrides: tuple[str, ...]
     structure: ShellStructure
-    history: History
+    history: RecordedHistory
     outcome: Outcome
     seconds: float
 
@@ -55,24 +55,26 @@ class Run:
         }
 
 
-def simulate(name: str, *overrides: str) -> Run:
-    """Run a shipped planar scene in memory; its seconds are those of the processor."""
-    scene = loader.read(name, list(overrides))
-    history = History()
-    simulation = build.simulation(scene, [history])
+def simulate(name: str, *overrides: str) -> PlanarRun:
+    """PlanarRun a shipped planar scene in memory; its seconds are those of the processor."""
+    scene = loader.read(name, overrides)
+    assert isinstance(scene, PlanarScene)
+    history = RecordedHistory()
+    made = simulation(scene, [history])
+    assert isinstance(made.structure, ShellStructure)
     start = time.process_time()
-    outcome = simulation.run()
+    outcome = made.run()
     seconds = time.process_time() - start
-    return Run(scene, overrides, simulation.structure, history, outcome, seconds)
+    return PlanarRun(scene, overrides, made.structure, history, outcome, seconds)
 
 
-def volume_error(run: Run) -> float:
+def volume_error(run: PlanarRun) -> float:
     """Largest relative deviation from the prescribed volume."""
     h = run.history
     return float(np.abs(h.column("volume") / h.column("volume_prescribed") - 1.0).max())
 
 
-def pancake(quick: bool) -> tuple[list[Row], Run]:
+def pancake(quick: bool) -> tuple[list[Row], PlanarRun]:
     """High aspect ratio [T 5.3.1]: with and without exterior."""
     short = ("time.end=400", "time.dt=8", "mesh.straight=0.6", "mesh.curved=0.35") if quick else ()
     stokes = simulate("planar-stokes-pancake", *short)
@@ -122,7 +124,7 @@ def deflation_rows(quick: bool) -> list[Row]:
     return rows
 
 
-def fold(quick: bool) -> tuple[list[Row], Run]:
+def fold(quick: bool) -> tuple[list[Row], PlanarRun]:
     """The folded bag in Stokes flow."""
     run = simulate("planar-stokes-fold", *(("time.end=64",) if quick else ()))
     return [run.row("fold, Stokes, lambda = 1", volume_error(run), error_kind="volume")], run

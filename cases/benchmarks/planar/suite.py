@@ -6,12 +6,12 @@ of the thesis.
 
 from __future__ import annotations
 
+from ..report import Row
 from . import convergence as planar_convergence
 from . import layers as planar_layers
 from . import load as planar_load
 from . import models as planar_models
 from . import runs as planar_runs
-from .layers import Row
 from .picture import draw
 
 __all__ = ["draw", "run"]

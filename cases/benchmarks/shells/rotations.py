@@ -14,26 +14,26 @@ from typing import Any
 import numpy as np
 
 from ... import loader
-from ...kinds.load_path.build import Problem, problem
-from ...kinds.load_path.config import Scene
+from ...kinds.load_path.build import LoadPathProblem, problem
+from ...kinds.load_path.config import LoadPathScene
 from ...kinds.load_path.published import ANNULUS_CONVERGED, ANNULUS_TABLE, SHEAR_TABLE, exact_moment
-
-Row = dict[str, Any]
+from ..report import Row
 
 
 def _posed(
     name: str, along: int, degree: int, membrane: str, across: int = 1
-) -> tuple[Scene, Problem]:
+) -> tuple[LoadPathScene, LoadPathProblem]:
     """A shipped scene on another mesh."""
     scene = loader.read(name)
+    assert isinstance(scene, LoadPathScene)
     mesh = replace(scene.mesh, along=along, across=across, degree=degree)
     scene = replace(scene, mesh=mesh, structure=replace(scene.structure, membrane=membrane))
     return scene, problem(scene)
 
 
-def _path(posed: Problem, fractions: np.ndarray) -> tuple[dict[str, np.ndarray], int]:
+def _path(posed: LoadPathProblem, fractions: np.ndarray) -> tuple[dict[str, np.ndarray], int]:
     """Displacements ``(n_fractions, 3)`` by point, and Newton's iterations."""
-    path = posed.follow(fractions)
+    path = posed.follow(list(fractions))
     moved = [posed.displacement(step.state.coefficients) for step in path.steps]
     return {name: np.array([m[name] for m in moved]) for name in posed.tracked}, (
         path.newton_iterations

@@ -7,6 +7,7 @@ and its peer in the speed table.
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,7 @@ from skfem import BilinearForm, LinearForm
 from shells.conditions.rigid_motions import coefficients_of
 from shells.conditions.supports import hinge, supported
 from shells.energy import _shell_kernels as kernels
-from shells.energy.densities import StVenantKirchhoff
-from shells.energy.hyperelastic import HyperelasticShell
+from shells.energy.hyperelastic import PointwiseShell, StVenantKirchhoff
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.equilibrium.load_paths import load_path
@@ -28,9 +28,7 @@ from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
 
-from ..report import best
-
-Row = dict[str, Any]
+from ..report import Row, best
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -78,7 +76,7 @@ def plain_tangent(u: Any, v: Any, w: Any) -> np.ndarray:
 
     (eu, ku), (ev, kv) = first(u, du), first(v, dv)
     C, D, A, B = (np.asarray(w[name]) for name in ("C", "D", "A", "B"))
-    total = 0.0
+    total = np.zeros_like(J)
     for i, ((a, b), s) in enumerate(zip(pairs, weight, strict=True)):
         n = m = 0.0
         for j, ((c, d), r) in enumerate(zip(pairs, weight, strict=True)):
@@ -132,10 +130,10 @@ def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
         seconds = {}
         for count in sorted({1, threads}):
             kernels.set_num_threads(count)
-            seconds[count] = best(lambda s=shell, x=theta: s.elements(x, True)) / n**2
+            seconds[count] = best(partial(shell._elements, theta, True)) / n**2
         kernels.set_num_threads(threads)
-        pointwise = HyperelasticShell(shell.basis, StVenantKirchhoff(shell.material))
-        slow = best(lambda p=pointwise, x=theta: p.gradient_and_tangent(x), 2) / n**2
+        pointwise = PointwiseShell(shell.basis, StVenantKirchhoff(shell.material))
+        slow = best(partial(pointwise.gradient_and_tangent, theta), 2) / n**2
         fused_rows = [(f"fused, {count} thread(s)", seconds[count]) for count in seconds]
         for name, value in (
             *fused_rows,
@@ -205,7 +203,7 @@ def reuse_rows(sizes: tuple[int, ...]) -> list[Row]:
             structure = ShellStructure(shell, E, reuse=reuse)
             structure.mechanism  # noqa: B018  its check is not part of the timing
             start = time.perf_counter()
-            path = load_path(structure, c, lambda f, force=force: f * force, np.arange(1, 6) / 5)
+            path = load_path(structure, c, partial(np.multiply, force), [0.2, 0.4, 0.6, 0.8, 1.0])
             seconds[reuse] = time.perf_counter() - start
             ends[reuse] = path
             if not path.ok:

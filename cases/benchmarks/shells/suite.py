@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from shells.conditions.supports import extraction
 from shells.energy.densities import NeoHookean
@@ -21,11 +20,10 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.revolution import sphere
+from ..report import Row
 from .roof import formulation_rows, locking_rows, rate_rows, roof
 from .rotations import rotation_rows
 from .speed import kernel_rows, reuse_rows, solver_rows
-
-Row = dict[str, Any]
 
 
 def sphere_rows() -> list[Row]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,22 +17,24 @@ from coupling import Outcome, State
 
 from ... import loader
 from ...geometry.bag import Bag
-from ...kinds.inflation import build
-from ...kinds.inflation.config import Scene
-from ...kinds.inflation.initial_bag import initial_bag
-from ..recorded import History
+from ...kinds import simulation
+from ...kinds.inflation.build import structure
+from ...kinds.inflation.config import InflationScene, PancakeGeometry
+from ...kinds.inflation.plan import InflationPlan
+from ..recorded import RecordedHistory
+from ..report import Row
 
 FAST = ("mesh.degree=2", "mesh.around=8", "time.dt=32", "fluid.outer_points=2")
 VOLUMES = (1.1, 1.2, 1.35, 1.5, 2.0, 2.5)
 
 
 @dataclass(frozen=True)
-class Run:
+class BagRun:
     """A finished run with everything that was measured on the way."""
 
-    scene: Scene
+    scene: InflationScene
     body: Bag
-    history: History
+    history: RecordedHistory
     outcome: Outcome
     seconds: float
 
@@ -41,17 +42,23 @@ class Run:
     def end(self) -> State:
         return self.history.states[-1]
 
+    @property
+    def half_width(self) -> float:
+        assert isinstance(self.scene.geometry, PancakeGeometry)
+        return self.scene.geometry.half_width
+
     def per_step(self, name: str) -> float:
         return float(self.history.column(name)[1:].mean())
 
 
-def simulate(name: str, overrides: Sequence[str] = ()) -> Run:
-    """Run a shipped scene in memory."""
-    scene = loader.read(name, list(overrides))
-    history = History()
+def simulate(name: str, overrides: Sequence[str] = ()) -> BagRun:
+    """BagRun a shipped scene in memory."""
+    scene = loader.read(name, overrides)
+    assert isinstance(scene, InflationScene)
+    history = RecordedHistory()
     start = time.perf_counter()
-    outcome = build.simulation(scene, [history]).run()
-    return Run(scene, initial_bag(scene), history, outcome, time.perf_counter() - start)
+    outcome = simulation(scene, [history]).run()
+    return BagRun(scene, InflationPlan(scene).bag, history, outcome, time.perf_counter() - start)
 
 
 def asymmetry(body: Bag, coefficients: np.ndarray) -> float:
@@ -72,17 +79,16 @@ def profile(body: Bag, coefficients: np.ndarray) -> tuple[float, float]:
     return float(points[:, 2].max()), float(np.hypot(points[:, 0], points[:, 1]).max())
 
 
-def static_pressure(run: Run) -> float:
+def static_pressure(run: BagRun) -> float:
     """Excess pressure of the static equilibrium next to the end state."""
-    structure = build.structure(run.scene, run.body)
-    c = run.end.coefficients
-    step = structure.static(c, structure.volume(c), pressure=run.end.pressure)
+    shell, c = structure(run.scene, run.body), run.end.coefficients
+    step = shell.static(c, shell.volume(c), pressure=run.end.pressure)
     if not step.ok:
         raise ArithmeticError(f"static solve from the end state: {step.outcome.value}")
     return step.state.pressure
 
 
-def _end_row(case: str, run: Run) -> dict[str, Any]:
+def _end_row(case: str, run: BagRun) -> Row:
     h = run.history
     static = static_pressure(run)
     top, radius = profile(run.body, run.end.coefficients)
@@ -101,13 +107,13 @@ def _end_row(case: str, run: Run) -> dict[str, Any]:
         "assemblies/step": run.per_step("assemblies"),
         "volume error": float(volume.max()),
         "zeta": float(zeta.max()),
-        "asymmetry/R": skew / run.scene.geometry.half_width,
+        "asymmetry/R": skew / run.half_width,
         "min gap": float(h.column("min_gap").min()),
         "energy defect": float(np.abs(h.column("energy_defect")).max()),
     }
 
 
-def _bulge_rows(stokes: Run, uniform: Run) -> list[dict[str, Any]]:
+def _bulge_rows(stokes: BagRun, uniform: BagRun) -> list[Row]:
     """Height over the inlet at equal volumes; the difference is what the flow does."""
     rows = []
     tops = []
@@ -132,7 +138,7 @@ def _bulge_rows(stokes: Run, uniform: Run) -> list[dict[str, Any]]:
     return rows
 
 
-def _scheme_row(scheme: str, dt: float, end: float, common: Sequence[str]) -> dict[str, Any]:
+def _scheme_row(scheme: str, dt: float, end: float, common: Sequence[str]) -> Row:
     shared = [*common, f"time.dt={dt}", f"time.end={end}"]
     reference = simulate("pancake", shared)
     run = simulate("pancake", [*shared, f"coupling.scheme={scheme}"])
@@ -147,11 +153,11 @@ def _scheme_row(scheme: str, dt: float, end: float, common: Sequence[str]) -> di
         "peer": "implicit",
         "rejected": run.outcome.counts["rejected"],
         "assemblies/step": run.per_step("assemblies"),
-        "asymmetry/R": asymmetry(run.body, run.end.coefficients) / run.scene.geometry.half_width,
+        "asymmetry/R": asymmetry(run.body, run.end.coefficients) / run.half_width,
     }
 
 
-def run(quick: bool) -> list[dict[str, Any]]:
+def run(quick: bool) -> list[Row]:
     """Rows of the benchmark; ``quick`` takes the reduced mesh of continuous integration."""
     common = FAST if quick else ()
     simulate("pancake", [*FAST, "time.end=32"])  # compiles the kernels

@@ -14,7 +14,6 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import aslinearoperator
@@ -29,6 +28,7 @@ from ...geometry.pillow import accordion
 from ..compression.bags import fluid_solve, manufactured, strain
 from ..compression.suite import pairs
 from ..integrals.gaps import relative
+from ..report import Row
 
 __all__ = ["pairs", "run"]
 
@@ -47,20 +47,20 @@ def elements_around(folds: int) -> int:
 
 def _row(
     folds: int, compression: Compression | None
-) -> tuple[dict[str, Any], SingleLayer, tuple[SaddleSolution, IterativeSaddle]]:
+) -> tuple[Row, SingleLayer, tuple[SaddleSolution, IterativeSaddle]]:
     bag = accordion(elements_around(folds), folds, panel=PANEL, gap=GAP)
     began = time.perf_counter()
     layer = single_layer(bag.surface, bag.coefficients, storage="direct", compression=compression)
     assembled = time.perf_counter() - began
     solved, system, parts = fluid_solve(layer, strain(layer))
-    row: dict[str, Any] = {
+    row: Row = {
         "case": f"accordion {folds}, {compression.method if compression else 'direct'}",
         "seconds": assembled + parts["preconditioner"] + parts["gmres"],
         "error": np.nan,
         "folds": folds,
         "quadrilaterals": bag.surface.n_elements,
         "unknowns": layer.shape[0],
-        "tolerance": compression.tolerance if compression else 0.0,
+        "matrix tolerance": compression.tolerance if compression else 0.0,
         "near pairs/point": layer.n_near / layer.surface.outer.points.shape[0],
     }
     if compression is not None:
@@ -87,7 +87,7 @@ def _row(
 
 def _dense_row(
     folds: int, layer: SingleLayer, solved: SaddleSolution, system: IterativeSaddle
-) -> dict[str, Any]:
+) -> Row:
     """The same solve by a dense matrix, and the traction of the compressed one against it."""
     surface, (data, _), began = layer.surface, manufactured(layer), time.perf_counter()
     matrix = dense_matrix(surface, layer.near)
@@ -108,7 +108,7 @@ def _dense_row(
     }
 
 
-def _growth(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def _growth(rows: list[Row]) -> Iterator[Row]:
     """Exponents of seconds and bytes between neighbouring rows of the ladder, beside N log N."""
     for a, b in pairwise(rows):
         step = np.log(b["unknowns"] / a["unknowns"])
@@ -124,7 +124,7 @@ def _growth(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
         }
 
 
-def run(quick: bool) -> Iterator[dict[str, Any]]:
+def run(quick: bool) -> Iterator[Row]:
     """Rows of the ladder, as they come; ``quick`` stops at four folds."""
     compression = Compression("h2", TOLERANCE)
     _row(1, compression)  # compiles the kernels

@@ -1,0 +1,41 @@
+"""Tables of the folded bags' benchmark."""
+
+from ..view import View
+
+VIEWS = {
+    "solves": View(
+        r"accordion (?P<n>\d+), h2",
+        {
+            "folds": "{folds}",
+            "elements": "{quadrilaterals}",
+            "unknowns": "{unknowns}",
+            "seconds": "{seconds:.3g}",
+            "near, compression, preconditioner, GMRES": (
+                "{near:.2g}, {build:.2g}, {preconditioner:.2g}, {gmres:.2g}"
+            ),
+            "iterations": "{iterations}",
+            "bytes an unknown": "{bytes/unknown:.0f}",
+            "near pairs a point": "{near pairs/point:.1f}",
+            "traction error": "{error:.1e}",
+        },
+    ),
+    "dense": View(
+        r"accordion (?P<n>\d+), dense beside it",
+        {
+            "folds": "{folds}",
+            "unknowns": "{unknowns}",
+            "seconds": "{seconds:.3g}",
+            "iterations": "{iterations}",
+            "traction of the compressed solve against it": "{error:.1e}",
+        },
+    ),
+    "growth": View(
+        r"growth from (?P<a>\d+) to (?P<b>\d+) folds",
+        {
+            "folds": "{a} to {b}",
+            "bytes": "{exponent of bytes:.2f}",
+            "seconds": "{exponent of seconds:.2f}",
+            "N log N": "{exponent of N log N:.2f}",
+        },
+    ),
+}
