@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.benchmarks.coupling.suite import kept_row
-from cases.benchmarks.inflation.pancake import FAST, asymmetry, profile, simulate, static_pressure
+from cases.benchmarks.coupling.schemes import kept_row
+from cases.benchmarks.pancake.suite import FAST, asymmetry, profile, simulate, static_pressure
 from cases.kinds.inflation import build
 from cases.kinds.inflation.forecast import forecast, volume
 from cases.kinds.inflation.initial_bag import initial_bag
