@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...output.clip import section
-from ...output.figures import NoPicture, frames_of, new_figure, save
+from ...output.figures import NoPicture, frames_of, new_figure, save, section
 from ...output.history import read_history
 from ...output.vtk import read_frames
 

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.clip import clipped, section
-from ...output.figures import LIGHT, frames_of, new_figure, save
+from ...output.figures import LIGHT, clipped, frames_of, new_figure, save, section
 from ...output.history import read_history
 from ...sections import TimedScene
 

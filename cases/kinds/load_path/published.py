@@ -11,14 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .config import (
-    AnnulusGeometry,
-    EndForce,
-    EndMoment,
-    LoadPathScene,
-    ShellSection,
-    StripGeometry,
-)
+from .config import AnnulusGeometry, EndForce, EndMoment, LoadPathScene, ShellSection, StripGeometry
 
 # load fraction, then -U and W of the tip
 SHEAR_TABLE = np.fromstring(

@@ -10,18 +10,10 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.output import checkpoint, clip, history, iterations, vtk
+from cases.output import checkpoint, history, iterations, vtk
 from cases.output.atomic import SUFFIX, replacing
 from cases.output.run_record import RunRecord
-from coupling import (
-    AcceptedStep,
-    Iteration,
-    Outcome,
-    Rejection,
-    Result,
-    Snapshot,
-    State,
-)
+from coupling import AcceptedStep, Iteration, Outcome, Rejection, Result, Snapshot, State
 
 
 def _step(n, **row):
@@ -199,10 +191,10 @@ def test_cutting_a_tube_open(toy):
     for turn in (0.0, 0.3):  # vertices on the plane, and quadrilaterals across it
         c, s = np.cos(turn), np.sin(turn)
         points = grid["points"] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        polygons, values = clip.clipped(points, grid["quads"], np.ones(32))
+        polygons, values = figures.clipped(points, grid["quads"], np.ones(32))
         assert min(polygon[:, 1].min() for polygon in polygons) >= 0.0
         assert np.allclose(values, 1.0)
-        cut = clip.section(points, grid["quads"])
+        cut = figures.section(points, grid["quads"])
         assert np.all(cut[:, :, 1] == 0.0)
         length = np.linalg.norm(cut[:, 1] - cut[:, 0], axis=1).sum()
         assert length == pytest.approx(2 * (toy.ROWS - 1), rel=1e-12)
