@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bernstein import (bernstein, bernstein_derivative)
+from .bernstein import bernstein, bernstein_derivative
 
 TURN = np.pi / 4.0  # largest angle between normals along a coordinate line
 DEEPEST = 4  # bisections of one element at most

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.output import checkpoint, history, iterations, vtk
+from cases.output import checkpoint, figures, history, iterations, vtk
 from cases.output.atomic import SUFFIX, replacing
 from cases.output.run_record import RunRecord
 from coupling import AcceptedStep, Iteration, Outcome, Rejection, Result, Snapshot, State
