@@ -34,10 +34,10 @@ VIEWS = {
         },
     ),
     "solves": View(
-        r"solve, thinness (?P<gap>[^,]+), (?P<method>\w+)(?P<rules>.*)",
+        r"solve, thinness (?P<gap>[^,]+), (?P<method>.+)",
         {
             "thinness": "{gap}",
-            "method": "{method}{rules}",
+            "method": "{method}",
             "unknowns": "{unknowns}",
             "seconds": "{seconds:.3g}",
             "near, compression, preconditioner, GMRES": (

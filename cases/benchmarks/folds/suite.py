@@ -37,6 +37,7 @@ PANEL, GAP = 10.0, 0.4  # fold radii
 TOLERANCE = 1e-5
 EXACT = 100_000  # unknowns up to which exact sums check the traction; 16 folds would take 8 minutes
 DENSE = 25_000  # unknowns up to which a dense matrix is solved beside
+DENSE_QUICK = 10_000  # the same of ``--quick``: the larger one takes ten minutes
 DENSE_TOLERANCE = 1e-9  # by GMRES: OpenBLAS' LU of 23000 unknowns crashed
 
 
@@ -133,7 +134,7 @@ def run(quick: bool) -> Iterator[Row]:
         row, layer, solution = _row(folds, compression)
         rows.append(row)
         yield row
-        if row["unknowns"] <= DENSE:
+        if row["unknowns"] <= (DENSE_QUICK if quick else DENSE):
             yield _dense_row(folds, layer, *solution)
         del layer, solution
     yield from _growth(rows)
