@@ -20,7 +20,7 @@ from .atomic import replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import Snapshot
+    from coupling import Snapshot
 
 FORMAT = 1
 
@@ -74,7 +74,7 @@ def load(path: Path, scene: str | None = None) -> Snapshot:
     CheckpointError
         An unreadable file, or one written for another scene (its hash differs from ``scene``).
     """
-    from coupling.protocols import Snapshot, State
+    from coupling import Snapshot, State
 
     try:
         with np.load(path, allow_pickle=False) as file:

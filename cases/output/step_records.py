@@ -107,10 +107,9 @@ class StepRecords:
 
     def checkpoint(self, **arrays: np.ndarray | float) -> None:
         """Replace the checkpoint; ``arrays`` are the next session's `start`."""
+        plain: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
         with replacing(self.folder / CHECKPOINT, "wb") as file:
-            np.savez(
-                file, scene=np.array(self._hash), **{k: np.asarray(v) for k, v in arrays.items()}
-            )
+            np.savez(file, scene=np.array(self._hash), **plain)
 
     def news(self, text: str) -> None:
         """A line on the console."""

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from coupling.protocols import Result
+from coupling import Result
 
 from ... import loader
 from ...output.checkpoint import load, scene_hash

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.protocols import State, Structure
+from coupling import State, Structure
 from coupling.schemes.contraction import film_symbol, worst_mode
 from coupling.stepping.time_loop import Simulation
 
@@ -124,7 +124,7 @@ def contraction_row(name: str, options: Sequence[str], state: State, m: float, d
     """rho three ways; in the plane the formula takes the film of the state itself."""
     start = time.process_time()
     options = [*options, f"time.dt={dt}", f"time.end={dt}", f"fluid.mass_ratio={m}"]
-    options.append("coupling.frozen=0")
+    options.append("coupling.reuse_tolerance=0")
     sim, _, scene, builder = _simulation(name, options)
     middle = unloaded(sim, state, dt)
     response = sim.fluid.assemble(middle.coefficients).response()
@@ -172,7 +172,7 @@ def scheme_rows(
     rows, reference = [], None
     end = state.t + steps * dt
     common = [*options, f"time.dt={dt}", f"time.end={end}", f"time.dt_floor={dt / 4}"]
-    common += [f"fluid.mass_ratio={m}", "time.closing=0", "coupling.frozen=0"]
+    common += [f"fluid.mass_ratio={m}", "time.closing=0", "coupling.reuse_tolerance=0"]
     for scheme in schemes:
         free = scheme == MATRIX_FREE
         chosen = ["coupling.scheme=implicit", "coupling.dense_limit=0"] if free else [
@@ -220,7 +220,12 @@ def kept_row(dt: float, steps: int) -> Row:
     """Assemblies that a slow run saves by keeping operators, and what it costs in accuracy."""
     ends = []
     for share in (0.0, 0.3):
-        options = [*COMMON, f"time.dt={dt}", f"time.end={steps * dt}", f"coupling.frozen={share}"]
+        options = [
+            *COMMON,
+            f"time.dt={dt}",
+            f"time.end={steps * dt}",
+            f"coupling.reuse_tolerance={share}",
+        ]
         sim, history, scene, _ = _simulation("pancake", options)
         began = time.process_time()
         counts = sim.run().counts
@@ -234,7 +239,7 @@ def kept_row(dt: float, steps: int) -> Row:
         "reference": "all assembled",
         "tolerance": scene.fluid.tolerance,
         "assemblies": saved["assemblies"],
-        "kept": saved["kept"],
+        "kept": saved["reused"],
         "of": plain["assemblies"],
         "ratio": seconds / reference,
         "peer": "all assembled",

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.protocols import Outcome, State
+from coupling import Outcome, State
 
 from ... import loader
 from ...geometry.bag import Bag

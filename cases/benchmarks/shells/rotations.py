@@ -104,7 +104,7 @@ def rotation_rows(quick: bool) -> list[Row]:
             )
         )
     coarse, fine = (
-        ((24, 3, 3, "gauss"), (24, 3, 3, "patch")),
+        ((24, 3, 3, "gauss"), (24, 3, 3, "reduced")),
         ((40, 6, 3, "gauss"), (60, 8, 4, "gauss")),
     )
     for m, k, p, rule in coarse if quick else coarse + fine:

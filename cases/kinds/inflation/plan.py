@@ -16,6 +16,7 @@ from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
 from hbem.compression.choice import Compression, choose
 from hbem.surfaces.quadrature import QuadratureOrders
+from shells.surfaces.tensor_surface import TensorSurface
 
 from ...geometry.bag import Bag
 from ...machine import memory_bytes
@@ -35,6 +36,13 @@ class InflationPlan:
     def bag(self) -> Bag:
         """The fitted bag at the start."""
         return initial_bag(self.scene)
+
+    @property
+    def inlet(self) -> TensorSurface:
+        """The inlet of the bag."""
+        inlet = self.bag.inlet
+        assert inlet is not None  # only closed bodies of other kinds have none
+        return inlet
 
     @cached_property
     def unknowns(self) -> int:

@@ -12,7 +12,7 @@ from cases import loader
 from cases.output import checkpoint, clip, history, iterations, vtk
 from cases.output.atomic import SUFFIX, replacing
 from cases.output.run_record import RunRecord
-from coupling.protocols import (
+from coupling import (
     AcceptedStep,
     Iteration,
     Outcome,

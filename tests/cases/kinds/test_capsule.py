@@ -5,6 +5,7 @@ import pytest
 
 from cases import loader
 from cases.benchmarks.recorded import History
+from cases.kinds import simulation
 from cases.kinds.capsule import build
 
 COARSE = ["mesh.rows=6", "mesh.around=8"]
@@ -13,7 +14,7 @@ COARSE = ["mesh.rows=6", "mesh.around=8"]
 def deformed(*options):
     history = History()
     scene = loader.read("capsule", [*COARSE, *options])
-    outcome = build.simulation(scene, [history]).run()
+    outcome = simulation(scene, [history]).run()
     assert outcome.result.ok
     return scene, history
 
