@@ -29,11 +29,12 @@ ROOT = FOLDER.parents[1]
 RECORDS, PICTURES = FOLDER / "gallery.json", FOLDER.parent / "pictures"
 README, GALLERY = ROOT / "README.md", FOLDER / "README.md"
 WIDTH, BYTES = 900, 150_000  # largest picture
+BUSY = 1.5  # load average of a machine that did other work beside a run
 MACHINE = ("processor", "cores", "memory_GB", "OMP_NUM_THREADS")
 Entry = Mapping[str, Any]
 
 
-def add(folder: Path, load: float) -> None:
+def add(folder: Path, load: float, commit: str) -> None:
     """Take a finished run into the records, in the place of the scene's former one.
 
     Parameters
@@ -42,8 +43,10 @@ def add(folder: Path, load: float) -> None:
         A run folder with run.toml, run.json and overview.png.
     load : float
         Load average of the machine while it ran.
+    commit : str
+        Of the code that ran.
     """
-    entry = entry_of(folder, load)
+    entry = entry_of(folder, load, commit)
     records = {**read(), entry["scene"]: entry}
     shrink(folder / "overview.png", PICTURES / f"{entry['scene']}.png")
     with replacing(RECORDS) as file:
@@ -56,7 +59,7 @@ def read() -> dict[str, Entry]:
     return json.loads(RECORDS.read_text(encoding="utf-8")) if RECORDS.exists() else {}
 
 
-def entry_of(folder: Path, load: float) -> Entry:
+def entry_of(folder: Path, load: float, commit: str) -> Entry:
     """The record of a run folder."""
     scene, run = loader.read(folder / "run.toml"), json.loads((folder / "run.json").read_text())
     sessions = run["sessions"]
@@ -73,7 +76,7 @@ def entry_of(folder: Path, load: float) -> Entry:
         "machine": {key: run["machine"][key] for key in MACHINE if key in run["machine"]},
         "load": load,
         "versions": run["versions"],
-        "commit": _commit(),
+        "commit": commit,
         "date": sessions[0]["started"][:10],
     }
 
@@ -157,6 +160,7 @@ def pages() -> Iterator[tuple[Path, str]]:
 def _shown(entry: Entry) -> Iterable[str]:
     name, machine = entry["scene"], entry["machine"]
     threads = f", {machine['OMP_NUM_THREADS']} thread" if "OMP_NUM_THREADS" in machine else ""
+    beside = " beside other jobs" if entry["load"] > BUSY else ""
     load = f"load {entry['load']:.1f} on {machine['cores']} cores"
     return [
         f"### {name}",
@@ -165,7 +169,7 @@ def _shown(entry: Entry) -> Iterable[str]:
         "",
         f"![{name}](../pictures/{name}.png)",
         "",
-        f"`{entry['command']}`: {entry['seconds']:.0f} s ({load}{threads}, {entry['date']}, "
+        f"`{entry['command']}`: {entry['seconds']:.0f} s{beside} ({load}{threads}, {entry['date']}, "
         f"commit {entry['commit']}); {ending(entry)}.",
         "",
     ]
@@ -190,11 +194,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         default=os.getloadavg()[1],
         help="load average while they ran (default: that of the last five minutes)",
     )
+    adding.add_argument("--commit", default=_commit(), help="of the code that ran (default: HEAD)")
     commands.add_parser("write", help="write the lists of scenes anew")
     options = parser.parse_args(arguments)
     if options.command == "add":
         for folder in options.folders:
-            add(folder, options.load)
+            add(folder, options.load, options.commit)
         return
     for path, text in pages():
         path.write_text(text, encoding="utf-8")
