@@ -1,4 +1,4 @@
-"""The house rules that no linter knows: floors, arrows, names, silence below cases, numba's place."""
+"""The house rules that no linter knows: floors, arrows, names, sizes, silence below cases."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ FLOORS = {
         "solvers", "accuracy traction", "flows planar",
     ),
     "coupling": (
-        "exchange", "protocols", "records", "schemes contact", "stepping", "navier_stokes", "model_adaptivity",
-        "partitions",
+        "exchange", "protocols", "records", "schemes contact", "stepping",
+        "navier_stokes", "model_adaptivity", "partitions",
     ),
     "cases": (
         "machine sections", "scene_text", "output", "geometry", "kinds", "loader", "runs",

@@ -71,7 +71,8 @@ def _missing(name: str, thing: Any, *, parameters: bool = True) -> list[str]:
 def test_public_names_are_documented(name: str) -> None:
     package, _, attribute = name.partition(":")
     thing = getattr(importlib.import_module(package), attribute)
-    if not callable(thing):
+    if not callable(thing) or (inspect.isclass(thing) and issubclass(thing, Exception)):
+        assert inspect.getdoc(thing)
         return
     # members of an enumeration explain themselves, a Protocol is not made by calling it
     made = not (hasattr(thing, "__members__") or getattr(thing, "_is_protocol", False))

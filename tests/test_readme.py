@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cases import loader
+from cases.scenes import gallery
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("", "shells", "hbem", "coupling", "cases", "cases/scenes", "cases/benchmarks")
@@ -76,8 +77,47 @@ def test_short():
     assert len(TEXT["README.md"].splitlines()) <= 150
 
 
+@pytest.mark.parametrize("name", TEXT)
+def test_links(name):
+    """Relative links and pictures exist; anchors are headings of their file."""
+    for link in re.findall(r"\]\(([^)\s]+)\)", TEXT[name]):
+        if "://" in link:
+            continue
+        path, _, anchor = link.partition("#")
+        target = (ROOT / name).parent / path if path else ROOT / name
+        assert target.exists(), link
+        if anchor:
+            assert anchor in headings(target), link
+
+
+def headings(path: Path) -> set[str]:
+    """Anchors as GitHub makes them."""
+    lines = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in lines}
+
+
 def test_scene_of_the_readme(tmp_path):
     (block,) = re.findall(r"```toml\n(.*?)```", TEXT["cases/README.md"], re.DOTALL)
     (tmp_path / "scene.toml").write_text(block)
     assert loader.read(tmp_path / "scene.toml").geometry.fold == "accordion"
     assert tomllib.loads(block)["kind"] == "inflation"
+
+
+def test_gallery_is_complete():
+    records = gallery.read()
+    assert sorted(records) == sorted(loader.shipped())
+    for name in records:
+        assert (gallery.PICTURES / f"{name}.png").stat().st_size <= gallery.BYTES, name
+
+
+def test_generated_parts():
+    for path, text in gallery.pages():
+        assert path.read_text(encoding="utf-8") == text, f"{path}: write it by cases.scenes.gallery"
+
+
+def test_a_shortened_run_shows_its_command():
+    scene = loader.read("pancake", ["time.end=64", "fluid.model=pressure"])
+    assert list(gallery.changes(scene)) == ['fluid.model="pressure"', "time.end=64.0"]
+    entry = {"command": "airfold run pancake --set time.end=64.0", "result": "completed"}
+    entry |= {"counts": {"steps": 4}, "t": 64.0, "end": 800.0, "advice": "completed"}
+    assert gallery.ending(entry) == "shortened run, completed after 4 steps, at t = 64 of 800"

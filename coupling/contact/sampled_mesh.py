@@ -7,7 +7,6 @@ whose triangles keep a distance certifies the smooth sheets (see `self_intersect
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,11 +18,6 @@ if TYPE_CHECKING:
     import ipctk
 
 COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
-
-
-def available() -> bool:
-    """Whether `ipctk` is installed: some platforms have no wheel of it."""
-    return find_spec("ipctk") is not None
 
 
 @dataclass(frozen=True)

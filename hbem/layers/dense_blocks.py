@@ -1,7 +1,8 @@
 """Exact dense blocks of a single layer that is not stored: plain far part plus near entries.
 
-``A[p, p] = (B^T W G W B)[p, p] + N[p, p]`` for a few hundred density functions p, the patch
-matrices of a Schwarz preconditioner. Rough ones (one point an element) triple its iterations.
+``A[p, p] = (B^T W G W B)[p, p] + N[p, p]`` for a few hundred density functions p, the
+subdomain matrices of a Schwarz preconditioner. Rough ones (one point an element) triple its
+iterations.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from .._threads_kernels import workers
-from ..near.near_rules import coincidence
+from ..near.near_rules import coincident_distance_squared
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.surface_points import PointSet, SampledSurface
 from . import _dense_block_kernels as kernels
 
-Use = Callable[[int, np.ndarray], np.ndarray]  # number of a patch and its block
+Consume = Callable[[int, np.ndarray], np.ndarray]  # number of a subdomain and its block
 COMPONENTS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
@@ -73,16 +74,17 @@ class ExactBlocks:
             self._indptr,
             position[p.dofs],
             source is outer,
-            coincidence(self.surface),
+            coincident_distance_squared(self.surface),
             block,
         )
         return interleave(block + self.near.components(functions, functions))
 
-    def many(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
-        """``use(k, block)`` of every patch, on all threads; no block outlives its use."""
+    def map_blocks(self, subdomains: Sequence[np.ndarray], consume: Consume) -> list[np.ndarray]:
+        """``consume(k, block)`` of every subdomain, on all threads; the block is then freed."""
         _ = self._outer_values, self._source_values, self._carriers, self._targets, self._indptr
         with workers() as pool:
-            return list(pool.map(lambda k: use(k, self(patches[k])), range(len(patches))))
+            count = range(len(subdomains))
+            return list(pool.map(lambda k: consume(k, self(subdomains[k])), count))
 
     @cached_property
     def _carriers(self) -> csr_matrix:

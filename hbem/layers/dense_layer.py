@@ -1,4 +1,7 @@
-"""The single layer as a dense matrix."""
+"""The single layer as a dense matrix ``B^T W (G W B + C_near)`` [T 3.10a]: small systems.
+
+The plain part is summed in chunks of target elements, then the near field is added.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from ..near.near_field import NearField, table_values
-from ..near.near_rules import coincidence
-from ..solvers.coarse_level import CoarseSpace
+from ..near.near_rules import coincident_distance_squared
 from ..surfaces.surface_points import SampledSurface
 from . import _dense_layer_kernels as kernels
-from .dense_blocks import Use, vector_dofs
+from .dense_blocks import Consume, vector_dofs
 from .layer import SingleLayer
 
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
@@ -29,13 +31,9 @@ class StoredSingleLayer(SingleLayer):
     def dense(self) -> np.ndarray:
         return self._matrix
 
-    def blocks(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
-        parts = map(vector_dofs, patches)
-        return [use(k, self._matrix[np.ix_(d, d)]) for k, d in enumerate(parts)]
-
-    def image(self, coarse: CoarseSpace) -> np.ndarray:
-        # rows of a transposed product: both factors are then read in their storage order
-        return np.asarray(coarse.densities.T.tocsr() @ self._matrix.T).T
+    def blocks(self, subdomains: Sequence[np.ndarray], consume: Consume) -> list[np.ndarray]:
+        parts = map(vector_dofs, subdomains)
+        return [consume(k, self._matrix[np.ix_(d, d)]) for k, d in enumerate(parts)]
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix @ x
@@ -115,7 +113,7 @@ def _add_plain(
         tables.source_values,
         tables.indptr,
         tables.dofs,
-        coincidence(surface),
+        coincident_distance_squared(surface),
         columns,
     )
     weights = outer.weights.reshape(n, -1)

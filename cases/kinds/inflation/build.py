@@ -102,7 +102,7 @@ def relaxed(shell: ShellStructure, start: State) -> State:
 
 
 def fluid(plan: InflationPlan) -> Fluid:
-    """The Stokes model on membrane and inflow patch."""
+    """The Stokes model on membrane and inlet."""
     from hbem.flows.enclosed_flow import EnclosedStokes
     from hbem.solvers.saddle import DENSE_LIMIT
     from hbem.surfaces.patches import union

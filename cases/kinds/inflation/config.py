@@ -71,7 +71,7 @@ class PillowMesh:
     """``around`` elements around, ``across`` between the zipped ends (0: half as many).
 
     All of degree 2, as the corner conditions are those of biquadratic splines; ``inlet`` elements
-    along a side of the inflow patch.
+    along a side of the inlet.
     """
 
     degree: int = rule(2, choices=(2,))
@@ -139,7 +139,7 @@ class ContactTest:
     """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
 
     ``test`` "auto" skips it where nothing is near: a bag that starts unfolded.
-    ``engine`` "auto" takes ipctk where it is installed, else the conservative bound.
+    ``engine``: ipctk ("auto" takes it), or the slower conservative bound of our own.
     """
 
     test: str = rule("auto", choices=("auto", "on", "off"))

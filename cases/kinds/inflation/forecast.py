@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.accuracy import Budget
-from hbem.compression.choice import STORED_LIMIT, Compression
+from hbem.layers.choice import STORED_LIMIT, Compression
 from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag
@@ -119,11 +119,15 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
     """How a bag is folded, measured on its fit, against the rules of folding."""
     found, fold = inspect(body), body.folding
     low, p1, p99, high = found.stretches
-    crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
         Item("inlet faces", faced, "", "distance outward to the nearest sheet"),
-        Item("self-intersections", crossing, "", "of the folded bag; of the sampled surface"),
+        Item(
+            "self-intersections",
+            "YES" if found.crosses else "none",
+            "",
+            "of the sampled bag",
+        ),
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()

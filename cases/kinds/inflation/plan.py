@@ -14,7 +14,7 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
-from hbem.compression.choice import Compression, choose
+from hbem.layers.choice import Compression, choose
 from hbem.surfaces.quadrature import QuadratureOrders
 from shells.surfaces.tensor_surface import TensorSurface
 
@@ -46,12 +46,12 @@ class InflationPlan:
 
     @cached_property
     def unknowns(self) -> int:
-        """Traction components on membrane and inflow patch."""
+        """Traction components on membrane and inlet."""
         return 3 * sum(part.n_dofs for part in self.bag.parts)
 
     @cached_property
     def elements(self) -> int:
-        """Elements of membrane and inflow patch."""
+        """Elements of membrane and inlet."""
         return sum(part.n_elements for part in self.bag.parts)
 
     @cached_property

@@ -165,7 +165,6 @@ def test_coarse_folds_are_explained():
     ],
 )
 def test_foldings_keep_volume_and_do_not_cross(folding, panels):
-    pytest.importorskip("ipctk")
     bag = folded_bag(Pillow(44, 22), folding)
     unfolded = folded_bag(Pillow(44, 22), flat(folding.gap))
     assert len(bag.panel_cells) == panels
@@ -175,8 +174,6 @@ def test_foldings_keep_volume_and_do_not_cross(folding, panels):
 
 @pytest.mark.parametrize("engine", ["bound", "ipctk"])
 def test_motions_into_a_crossing_are_seen(bag, engine):
-    if engine == "ipctk":
-        pytest.importorskip("ipctk")
     test = collision(bag, 6, engine)
     assert test.inspect(bag.coefficients, bag.coefficients) is None
     # squeezes the sheets through each other

@@ -46,8 +46,6 @@ def sheets(n=8, gap=0.1):
 
 @pytest.fixture(scope="module", params=["bound", "ipctk"])
 def engine(request):
-    if request.param == "ipctk":
-        pytest.importorskip("ipctk")
     return request.param
 
 
