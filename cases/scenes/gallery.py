@@ -137,9 +137,12 @@ def ending(entry: Entry) -> str:
     where = f"after {entry['counts']['steps']} steps"
     if t is not None:
         where += f", at t = {t:g}" + (f" of {end:g}" if end and t < 0.999 * end else "")
-    word = "shortened run, completed" if "--set" in entry["command"] else entry["result"]
+    word = {
+        "completed": "completed" if "--set" not in entry["command"] else "shortened run, completed",
+        "interrupted": "stopped by hand, to be continued by `airfold resume`,",
+    }.get(entry["result"], f"`{entry['result'].upper()}`")
     advice = f": {entry['advice']}" if entry["result"] != "completed" and entry["advice"] else ""
-    return f"{word.replace('_', ' ')} {where}{advice}"
+    return f"{word} {where}{advice}"
 
 
 def fill(text: str, marker: str, content: str) -> str:
