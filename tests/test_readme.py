@@ -115,9 +115,9 @@ def test_generated_parts():
         assert path.read_text(encoding="utf-8") == text, f"{path}: write it by cases.scenes.gallery"
 
 
-def test_a_shortened_run_shows_its_command():
+def test_a_reduced_run_shows_its_command():
     scene = loader.read("pancake", ["time.end=64", "fluid.model=pressure"])
     assert list(gallery.changes(scene)) == ['fluid.model="pressure"', "time.end=64.0"]
     entry = {"command": "airfold run pancake --set time.end=64.0", "result": "completed"}
     entry |= {"counts": {"steps": 4}, "t": 64.0, "end": 800.0, "advice": "completed"}
-    assert gallery.ending(entry) == "shortened run, completed after 4 steps, at t = 64 of 800"
+    assert gallery.ending(entry) == "reduced run, completed after 4 steps, at t = 64 of 800"

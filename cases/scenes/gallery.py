@@ -138,7 +138,7 @@ def ending(entry: Entry) -> str:
     if t is not None:
         where += f", at t = {t:g}" + (f" of {end:g}" if end and t < 0.999 * end else "")
     word = {
-        "completed": "completed" if "--set" not in entry["command"] else "shortened run, completed",
+        "completed": "completed" if "--set" not in entry["command"] else "reduced run, completed",
         "interrupted": "stopped by hand, to be continued by `airfold resume`,",
     }.get(entry["result"], f"`{entry['result'].upper()}`")
     advice = f": {entry['advice']}" if entry["result"] != "completed" and entry["advice"] else ""
@@ -172,8 +172,8 @@ def _shown(entry: Entry) -> Iterable[str]:
         "",
         f"![{name}](../pictures/{name}.png)",
         "",
-        f"`{entry['command']}`: {entry['seconds']:.0f} s{beside} ({load}{threads}, {entry['date']}, "
-        f"commit {entry['commit']}); {ending(entry)}.",
+        f"`{entry['command']}`: {entry['seconds']:.0f} s{beside} ({load}{threads}, "
+        f"{entry['date']}, commit {entry['commit']}); {ending(entry)}.",
         "",
     ]
 
