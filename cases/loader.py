@@ -10,7 +10,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
@@ -47,7 +47,11 @@ def read(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     """
     text = _text(scene)
     table = _parse(str(scene), text)
-    errors = [message for item in overrides for message in _override(table, item)]
+    # shapes first: their tables take the other overrides, in whatever order they were given
+    ordered = sorted(
+        overrides, key=lambda item: not item.partition("=")[0].strip().endswith("kind")
+    )
+    errors = [message for item in ordered for message in _override(table, item)]
     table.setdefault("name", Path(scene).stem)
     return _scene(table, errors)
 
@@ -112,15 +116,11 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
 
 def _drop_other_words(table: dict[str, Any], path: str, value: Any) -> None:
     """Another shape on the command line takes the place of the file's with all of its keys."""
-    name = table.get("kind", next(iter(KINDS)))
-    sections = KINDS[name].sections if isinstance(name, str) and name in KINDS else {}
+    kind = table.get("kind", next(iter(KINDS)))
+    sections = KINDS[kind].sections if isinstance(kind, str) and kind in KINDS else {}
     for name, choice in sections.items():
-        part = table.get(name)
-        if not isinstance(choice, Choice) or choice.key != path or not isinstance(part, dict):
-            continue
-        if isinstance(value, str) and value in choice.tables and _word(table, choice) != value:
-            known = field_names(choice.tables[value])
-            table[name] = {key: v for key, v in part.items() if key in known}
+        if isinstance(choice, Choice) and choice.key == path and _word(table, choice) != value:
+            table[name] = {}
 
 
 def _word(table: Mapping[str, Any], choice: Choice) -> Any:
@@ -176,7 +176,7 @@ def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors
     if not isinstance(table, dict):
         errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
         return table_type()
-    hints, limits = get_type_hints(table_type), table_type.__dataclass_fields__
+    hints, limits = get_type_hints(table_type), {f.name: f for f in fields(table_type)}
     good = {}
     for key, raw in table.items():
         path = f"{name}.{key}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Protocol
 
 SCHEMES = (
@@ -65,7 +65,7 @@ class Choice:
 
     def owners(self, key: str) -> list[str]:
         """Words whose tables have a key."""
-        return [word for word, table in self.tables.items() if key in table.__dataclass_fields__]
+        return [word for word, t in self.tables.items() if key in {f.name for f in fields(t)}]
 
 
 # Section name -> its dataclass, or the tables to choose from.
@@ -115,6 +115,14 @@ class Time:
     error: float = rule(0.0, least=0.0)
     closing: float = rule(0.5, least=0.0)
 
+    def impossible(self) -> list[tuple[bool, str]]:
+        """Combinations of single good values that cannot work together, and their messages."""
+        dt, end, floor = self.dt, self.end, self.dt_floor
+        return [
+            (end < dt, f"time.end: {end:g} is less than one step, time.dt = {dt:g}"),
+            (floor >= dt, f"time.dt_floor: {floor:g} must be below time.dt = {dt:g}"),
+        ]
+
 
 @dataclass(frozen=True)
 class Coupling:
@@ -122,9 +130,9 @@ class Coupling:
 
     ``dense_limit`` is the number of vector dofs up to which the implicit schemes use a dense
     fluid response, Newton-Krylov beyond; ``tolerance`` is relative to the step's increment,
-    ``absolute_tolerance`` in units of L. ``frozen``: in space, a fluid operator is kept while the
-    geometry moves less than what changes the traction in the narrowest gap by this share of
-    ``fluid.tolerance`` (0: never).
+    ``absolute_tolerance`` in units of L. ``reuse_tolerance``: in space, a fluid operator is
+    reused while the geometry moves less than what changes the traction in the narrowest gap by
+    this share of ``fluid.tolerance`` (0: never).
     """
 
     scheme: str = rule("implicit", choices=SCHEMES)
@@ -133,7 +141,7 @@ class Coupling:
     max_iterations: int = rule(0, least=0)
     tolerance: float = rule(1e-4, above=0.0, below=1.0)
     absolute_tolerance: float = rule(1e-9, least=0.0)
-    frozen: float = rule(0.3, least=0.0, most=1.0)
+    reuse_tolerance: float = rule(0.3, least=0.0, most=1.0)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,9 @@
-"""coupling: structure and fluid advanced together; both are known through `protocols` only.
+"""Structure and fluid advanced together; both are known through the Protocols of `protocols` only.
 
-Names load on first use, so that importing the package costs nothing.
+Read `exchange` (states and loads), `protocols` and `records`, then the floors from below:
+`schemes` and `contact`, `stepping`. Beside them stands the question where Stokes flow is enough:
+`navier_stokes`, `model_adaptivity`, `partitions`. Names load on first use, so that importing the
+package costs nothing.
 """
 
 import lazy_loader

@@ -1,126 +1,137 @@
-"""What the time loop asks of a structure, a fluid and a recorder, and the data they exchange.
+"""What the schemes and the time loop ask of a structure, a fluid and a collision test.
 
-A configuration is one array of spline coefficients ``(n_full, 3)`` shared by structure and
-fluid; loads are dual arrays of the same shape (force tested with each spline function).
-Sign: a load enters the momentum balance as ``M a + W'(theta) - p Q'(theta) = load``.
+Sign: a load enters the momentum balance as ``M a + W'(theta) - p Q'(theta) = load``. On a frozen
+geometry the fluid is linear: ``load(traction(v)) = response() @ v + drive()``.
 """
 
 from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
+from .exchange import Result, State, StateLike, Traction
 
-class Result(enum.Enum):
-    """How a run, a step or an iteration ended; the value is the advice shown to the user."""
-
-    COMPLETED = "completed"
-    STOPPED = "stopped by the caller before the end time; resume continues it"
-    NEWTON = "the structure's Newton iteration did not converge; lower time.dt"
-    COUPLING = (
-        "the fluid-structure iteration did not converge; "
-        "use coupling.scheme = 'implicit' or lower time.dt"
-    )
-    KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
-    GEOMETRY = "the configuration folded over itself or lost its orientation"
-    SELF_INTERSECTION = (
-        "the membrane meets itself and no smaller step avoids it; model the exterior "
-        "(fluid.viscosity_ratio > 0) or refine the mesh there"
-    )
-    INLET_CONTACT = (
-        "the membrane reached the inflow patch, where no lubrication keeps it away; stop the "
-        "outflow earlier or clamp the rim"
-    )
-    TIME_ERROR = "the local time error exceeds its tolerance; the step is repeated with a lower dt"
-    STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
-
-    @property
-    def ok(self) -> bool:
-        return self is Result.COMPLETED
-
-
-@dataclass(frozen=True)
-class Traction:
-    """Fluid traction jump on one geometry.
-
-    Attributes
-    ----------
-    coefficients : (n_density, 3) array
-        Coefficients of the traction (per unit ``1/Re``) in the fluid's density space.
-    zeta : float
-        Multiplier of ``<tau, n> = 0``: quadrature plus Krylov error, a health indicator.
-    flux : float
-        Discrete flux of the membrane velocity, which the influx follows.
-    velocity_max : float
-        Largest velocity on the boundary, inflow included.
-    iterations : int
-        Krylov iterations (0 for a direct solve).
-    residual : float
-        Achieved relative residual of the linear system.
-    """
-
-    coefficients: np.ndarray
-    zeta: float
-    flux: float = 0.0
-    velocity_max: float = 0.0
-    iterations: int = 0
-    residual: float = 0.0
-
-
-@dataclass(frozen=True)
-class State:
-    """Accepted state: time, coefficients and velocity ``(n_full, 3)``, excess pressure."""
-
-    t: float
-    coefficients: np.ndarray
-    velocity: np.ndarray
-    pressure: float = 0.0
+T = TypeVar("T", bound=Traction)
 
 
 class StructureStep(Protocol):
     """Outcome of one structure solve: the new state, or (``ok`` false) why there is none."""
 
-    state: State
-    newton_iterations: int
+    @property
+    def state(self) -> StateLike:
+        """New state."""
 
     @property
-    def ok(self) -> bool: ...
+    def newton_iterations(self) -> int:
+        """Newton iterations taken."""
 
     @property
-    def outcome(self) -> enum.Enum: ...
+    def ok(self) -> bool:
+        """Whether the solve succeeded."""
+
+    @property
+    def outcome(self) -> enum.Enum:
+        """How the solve ended."""
 
 
-class FluidOperator(Protocol):
-    """The fluid on one frozen geometry."""
+class DenseMap(Protocol):
+    """A linear map of velocities that is an array on request."""
 
-    def traction(self, velocity: np.ndarray) -> Traction:
-        """Traction jump for membrane velocity ``(n_full, 3)``; influx follows its flux."""
+    def dense(self) -> np.ndarray:
+        """Form the array.
 
-    def load(self, traction: Traction) -> np.ndarray:
-        """Force ``-m <tau, rho>`` on the membrane, ``(n_full, 3)``."""
+        Returns
+        -------
+        (3 n_full, 3 n_full) array
+        """
+
+    def __matmul__(self, velocity: np.ndarray) -> np.ndarray: ...
+
+
+Damping: TypeAlias = np.ndarray | LinearOperator | DenseMap
+
+
+class FluidOperator(Protocol[T]):
+    """The fluid on one frozen geometry, with tractions of its own type T."""
+
+    def traction(self, velocity: np.ndarray) -> T:
+        """Solve for the traction jump; the influx follows the flux of the velocity.
+
+        Parameters
+        ----------
+        velocity : (n_full, 3) array
+            Of the membrane.
+
+        Returns
+        -------
+        Traction
+            Or an object with its attributes.
+        """
+
+    def load(self, traction: T) -> np.ndarray:
+        """Integrate the force ``-m <tau, rho>`` on the membrane.
+
+        Parameters
+        ----------
+        traction : Traction
+
+        Returns
+        -------
+        (n_full, 3) array
+        """
 
     def response(self) -> LinearOperator:
-        """Velocity to load less `drive`, ``3 n_full`` square; ``.dense()`` if small."""
+        """Give the linear map from velocity to load less `drive`.
+
+        Returns
+        -------
+        LinearOperator
+            ``3 n_full`` square, with a method ``dense()`` where it is small.
+        """
 
     def drive(self) -> np.ndarray | None:
-        """Load at rest: that of a background flow; None where there is none."""
+        """Give the load at rest: that of a background flow.
+
+        Returns
+        -------
+        (n_full, 3) array or None
+            None where there is none.
+        """
 
     def flux(self, velocity: np.ndarray) -> float:
-        """Discrete flux of the velocity out through the membrane."""
+        """Integrate the flux of a velocity out through the membrane.
+
+        Parameters
+        ----------
+        velocity : (n_full, 3) array
+
+        Returns
+        -------
+        float
+        """
 
 
 class Fluid(Protocol):
     """A fluid model; assembling costs, so one operator serves one geometry."""
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator: ...
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
+        """Make the operator of one geometry.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+
+        Returns
+        -------
+        FluidOperator
+        """
 
     def reset(self) -> None:
-        """Forget what is kept from one geometry to the next; called at checkpoints."""
+        """Forget what is reused from one geometry to the next; called at checkpoints."""
 
 
 class Structure(Protocol):
@@ -132,125 +143,126 @@ class Structure(Protocol):
         load: np.ndarray | None,
         dt: float,
         volume: float,
-        damping: Any = None,
+        damping: Damping | None = None,
         guess: np.ndarray | None = None,
     ) -> StructureStep:
-        """Backward-Euler step to the enclosed ``volume``.
+        """Take a backward-Euler step to a given enclosed volume.
 
-        ``damping`` C (array or operator with ``dense()``, ``3 n_full`` square) adds
-        ``C v_{n+1}`` to the residual; ``guess`` starts Newton (default: the predictor).
+        Parameters
+        ----------
+        state : State
+        load : (n_full, 3) array or None
+        dt, volume : float
+            Length of the step and enclosed volume at its end.
+        damping : array or operator, optional
+            C, ``3 n_full`` square, adds ``C v_{n+1}`` to the residual.
+        guess : (n_full, 3) array, optional
+            Where Newton starts; default the predictor.
+
+        Returns
+        -------
+        StructureStep
         """
 
     def energies(self, state: State) -> Mapping[str, float]:
-        """Kinetic, membrane and bending energy."""
+        """Compute kinetic, membrane and bending energy.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        mapping of float
+            By name: the history has a column of each.
+        """
 
     def linearised(self, state: State, dt: float) -> LinearOperator:
-        """Inverse tangent with its volume row, ``3 n_full`` square."""
+        """Give the inverse tangent with its volume row.
 
-    def budget(self, start: State, end: State, load: np.ndarray | None) -> Mapping[str, float]:
-        """Pressure work, load work and the integrator's dissipation over a step."""
+        Parameters
+        ----------
+        state : State
+        dt : float
 
-    def volume(self, coefficients: np.ndarray) -> float: ...
+        Returns
+        -------
+        LinearOperator
+            ``3 n_full`` square.
+        """
 
-    def area(self, coefficients: np.ndarray) -> float: ...
+    def budget(
+        self,
+        start: State,
+        end: State,
+        load: np.ndarray | None,
+        *,
+        acceleration: np.ndarray | None = None,
+    ) -> Mapping[str, float]:
+        """Compute the works done over a step.
 
-    def measure(self, coefficients: np.ndarray) -> float:
-        """Root-mean-square size of an increment ``(n_full, 3)``, for stopping tests."""
+        Parameters
+        ----------
+        start, end : State
+        load : (n_full, 3) array or None
+        acceleration : (n_full, 3) array, optional
+            That of the integrator; default backward Euler's.
+
+        Returns
+        -------
+        mapping of float
+            ``pressure_work``, ``load_work`` and the integrator's ``dissipation``.
+        """
+
+    def volume(self, coefficients: np.ndarray) -> float:
+        """Compute the enclosed volume.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+
+        Returns
+        -------
+        float
+        """
+
+    def area(self, coefficients: np.ndarray) -> float:
+        """Compute the area of the membrane.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+
+        Returns
+        -------
+        float
+        """
+
+    def measure(self, increment: np.ndarray) -> float:
+        """Compute the root mean square of a displacement, for stopping tests.
+
+        Parameters
+        ----------
+        increment : (n_full, 3) array
+
+        Returns
+        -------
+        float
+        """
 
 
 class CollisionTest(Protocol):
     """Tests every predicted, iterated and accepted configuration."""
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
-        """Why ``after`` cannot be reached from the accepted ``before``; None if it can.
+        """Say why a configuration cannot be reached straight from the accepted one.
 
-        A run that ends at the floor of its step because of it has this `Result`.
+        Parameters
+        ----------
+        before, after : (n_full, 3) array
+
+        Returns
+        -------
+        Result or None
+            None if it can be reached; otherwise the result of a run that ends because of it.
         """
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """One subiteration: step index, attempt and iteration count, relative residual."""
-
-    step: int
-    t: float
-    dt: float
-    iteration: int
-    residual: float
-    relaxation: float
-    converged: bool
-
-
-@dataclass(frozen=True)
-class Rejection:
-    """A step that was rolled back as a whole."""
-
-    step: int
-    t: float
-    dt: float
-    cause: Result
-    iterations: int
-
-
-@dataclass(frozen=True)
-class AcceptedStep:
-    """An accepted step: its history row, the state and the traction (None without fluid)."""
-
-    step: int
-    state: State
-    row: Mapping[str, float]
-    traction: Traction | None
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Everything a run needs to continue with the same arithmetic: the checkpoint.
-
-    ``accumulated`` holds running sums of the history, ``memory`` what the coupling scheme
-    carries from step to step (scalars and arrays).
-    """
-
-    step: int
-    dt: float
-    state: State
-    accumulated: Mapping[str, float]
-    memory: Mapping[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How the run ended, with counts for run.json."""
-
-    result: Result
-    step: int
-    t: float
-    counts: Mapping[str, float]
-    detail: str = ""
-
-    @property
-    def where(self) -> str:
-        return f"step {self.step}, t = {self.t:g}"
-
-    @property
-    def summary(self) -> str:
-        rejected, assemblies = (self.counts.get(k, 0) for k in ("rejected", "assemblies"))
-        return f"{rejected} rejected steps, {assemblies} assemblies"
-
-
-class Recorder(Protocol):
-    """Receives what happens; never changes it."""
-
-    def on_start(self, step: AcceptedStep) -> None: ...
-
-    def on_iteration(self, iteration: Iteration) -> None: ...
-
-    def on_accepted(self, step: AcceptedStep) -> None: ...
-
-    def on_rejected(self, rejection: Rejection) -> None: ...
-
-    def on_checkpoint(self, snapshot: Snapshot) -> None: ...
-
-    def on_note(self, step: int, text: str) -> None:
-        """Something a reader of the log should know: a scheme changed, a step was limited."""
-
-    def close(self, outcome: Outcome) -> None: ...

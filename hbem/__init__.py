@@ -1,6 +1,9 @@
 """hbem: boundary integral operators of Stokes flow on polynomial surface patches.
 
-Names load on first use, so that importing the package costs nothing.
+In the order of the method, which is also the order of the floors: imports go down only, from
+flows through solvers, layers, compression and near to surfaces. Beside them stand `accuracy`
+(tolerances, above surfaces), `traction` (a result, below all) and `planar`, the same in the plane.
+Names load on first use, so that importing the package costs nothing. README.md leads on.
 """
 
 import lazy_loader

@@ -60,7 +60,7 @@ RESIDUAL_AT, RESIDUAL = np.array([0.01, 0.05]), np.array([64.0, 9.0])
 class Budget:
     """Tolerances that a traction error allows in the narrowest gap.
 
-    Attributes
+    Parameters
     ----------
     traction : float
         Relative traction error asked for, beside that of the mesh.
@@ -90,6 +90,7 @@ class Budget:
 
     @property
     def met(self) -> bool:
+        """Whether everything can be met."""
         return not self.warnings
 
     @property
@@ -98,7 +99,12 @@ class Budget:
         return sum(self.predicted.values())
 
     def describe(self) -> dict[str, float | str]:
-        """Plain numbers for records."""
+        """Plain numbers for records.
+
+        Returns
+        -------
+        dict of str to float or str
+        """
         o = self.orders
         return {
             "traction": self.traction,
@@ -136,6 +142,10 @@ def budget(traction: float, gap: float, extent: float) -> Budget:
         In (0, 1).
     gap, extent : float
         Sheet distance and lateral extent of the narrowest gap; infinite gaps are fat bodies.
+
+    Returns
+    -------
+    Budget
 
     Raises
     ------

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Traction:
     """Fluid traction jump on one geometry.
 
-    Attributes
+    Parameters
     ----------
     coefficients : (n_dofs, 3) array
         Coefficients in the density space, per unit ``1/Re``.
@@ -24,7 +24,7 @@ class Traction:
     flux : float
         Discrete flux of the membrane velocity, which the influx follows.
     velocity_max : float
-        Largest velocity on the boundary, patch included.
+        Largest velocity on the boundary, inlet included.
     iterations : int
         Krylov iterations, 0 for a direct solve.
     residual : float

@@ -8,8 +8,8 @@ from .conditions.supports import hinge as hinge
 from .conditions.supports import pin as pin
 from .conditions.supports import supported as supported
 from .conditions.supports import symmetry as symmetry
-from .energy.hyperelastic import NeoHookean as NeoHookean
-from .energy.hyperelastic import PointwiseShell as PointwiseShell
+from .energy.densities import NeoHookean as NeoHookean
+from .energy.hyperelastic import HyperelasticShell as HyperelasticShell
 from .energy.kirchhoff_love import KirchhoffLove as KirchhoffLove
 from .energy.material import Material as Material
 from .energy.stress import stress as stress

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from coupling.protocols import AcceptedStep, State
+from coupling import AcceptedStep, State
 
 from ..output.recorder import Silent
 

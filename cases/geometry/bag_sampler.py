@@ -68,7 +68,8 @@ class BagSampler:
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         i, j = (g.ravel() for g in np.meshgrid(range(tessellate), range(tessellate), indexing="ij"))
         cell = np.stack([i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1], axis=1)
-        points, quads, part_of, data = [], [], [], {"traction": [], "velocity": []}
+        points, quads, part_of = [], [], []
+        data: dict[str, list[np.ndarray]] = {"traction": [], "velocity": []}
         start = 0
         velocity = np.zeros_like(coefficients) if velocity is None else velocity
         ends = np.cumsum([part.n_dofs for part in self.body.parts])[:-1]

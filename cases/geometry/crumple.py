@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from coupling.contact.sampled_mesh import SampledMesh, available, grid_cells
+from coupling.contact.sampled_mesh import SampledMesh, grid_cells
 from shells.surfaces.pillow import Pillow
 
 ROUNDS = 8
@@ -43,20 +43,13 @@ def crumple(
     coefficients : (n_coefficients, 3) array
         A bag without contact.
     held : (n,) int array
-        Elements that do not move (the inflow patch).
+        Elements that do not move (the inlet).
     amplitude : float
         Displacement a round over the bag's size.
     distance : float, optional
         Smallest distance kept between triangles; default a quarter of the shortest edge, below
         which neighbours in one sheet would count as contact.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Without the extra ``contact``, which finds the collisions.
     """
-    if not available():
-        raise ModuleNotFoundError("a crumpled bag needs ipctk: pip install 'airfold[contact]'")
     rng = np.random.default_rng(seed)
     mesh = sampled(surface, coefficients)
     size = float(np.ptp(coefficients, axis=0).max())

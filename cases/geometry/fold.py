@@ -44,10 +44,6 @@ class PlanarCurve:
     def length(self) -> float:
         return float(np.sum(self.lengths))
 
-    @property
-    def largest_curvature(self) -> float:
-        return float(np.max(np.abs(self.curvatures)))
-
     @cached_property
     def _joints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Arclength, angle and position at the start of each piece."""

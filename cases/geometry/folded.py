@@ -36,6 +36,8 @@ class FoldedBag(Bag):
         The unfolded bag.
     """
 
+    membrane: Pillow
+    inlet: Pillow
     folding: Folding
     flat: np.ndarray
 
@@ -62,7 +64,8 @@ class FoldedBag(Bag):
     @cached_property
     def _tangents(self) -> tuple[csr_matrix, csr_matrix]:
         middle = np.array([0.5])
-        return tuple(self.membrane.sample(middle, middle, k) for k in (0, 1))
+        s, t = (self.membrane.sample(middle, middle, k) for k in (0, 1))
+        return s, t
 
     def panel_angles(self, coefficients: np.ndarray, *, aligned: bool = True) -> np.ndarray:
         """Angle in degrees of each panel's normal with that of the flat bag.

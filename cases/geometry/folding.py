@@ -39,7 +39,7 @@ class Folding:
     panels : tuple of (float, float)
         Ranges of x between the folds.
     inlet : float
-        x of the middle of the inflow patch, on the lower sheet.
+        x of the middle of the inlet, on the lower sheet.
     """
 
     maps: tuple[Map, ...]
@@ -57,7 +57,7 @@ class Folding:
 
 
 def flat(gap: float) -> Folding:
-    """Two sheets, no folds; the inflow patch in the middle of the lower one."""
+    """Two sheets, no folds; the inlet in the middle of the lower one."""
     return Folding((), gap, np.inf, np.inf, 1.0, WHOLE, 0.5)
 
 
@@ -88,7 +88,7 @@ def accordion_folding(folds: int, panel: float, gap: float) -> Folding:
     )
 
 
-LEAD = 0.2  # straight outer end of a roll, of the bag's length: it holds the inflow patch
+LEAD = 0.2  # straight outer end of a roll, of the bag's length: it holds the inlet
 
 
 def roll_folding(turns: float, pitch: float, gap: float) -> Folding:

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.contact.sampled_mesh import available
-
 from .crumple import sampled
 from .folded import FoldedBag
 
@@ -32,16 +30,16 @@ class Inspection:
     curvature : float
         Largest ``|gap kappa / 2|``, 1 where a sheet turns inside out.
     faced : float
-        Distance from the inflow patch outward to the nearest sheet; infinite if there is none.
-    crosses : bool or None
-        Whether the bag crosses itself; None without the extra ``contact``.
+        Distance from the inlet outward to the nearest sheet; infinite if there is none.
+    crosses : bool
+        Whether the bag crosses itself.
     """
 
     stretches: np.ndarray
     per_radius: float
     curvature: float
     faced: float
-    crosses: bool | None
+    crosses: bool
 
     def warnings(self) -> list[str]:
         """Rules that are broken, with the remedy."""
@@ -58,7 +56,7 @@ class Inspection:
             )
         if self.faced < np.inf:
             found.append(
-                f"the inflow patch faces a sheet {self.faced:.3g} away and would suck it in; "
+                f"the inlet faces a sheet {self.faced:.3g} away and would suck it in; "
                 "use a fold whose end panel is outermost"
             )
         return found
@@ -156,9 +154,7 @@ def _first_hit(origin: np.ndarray, direction: np.ndarray, triangles: np.ndarray)
     return float(t[hit].min()) if hit.any() else np.inf
 
 
-def _crosses(bag: FoldedBag) -> bool | None:
-    if not available():
-        return None
+def _crosses(bag: FoldedBag) -> bool:
     whole = bag.membrane.restrict(np.arange(bag.membrane.n_s * bag.membrane.n_t))
     c = np.empty((whole.n_coefficients, 3))
     c[bag.inlet.kept] = bag.coefficients[bag.n_membrane :]

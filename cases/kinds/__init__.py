@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from .kind import Kind, TimeKind
 
 if TYPE_CHECKING:
-    from coupling.protocols import Recorder
+    from coupling import Recorder
     from coupling.stepping.time_loop import Simulation
 
     from ..sections import AnyScene

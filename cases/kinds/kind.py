@@ -84,7 +84,7 @@ class _FolderKind:
         Module of the picture, where it is not the folder's own.
     """
 
-    scene: type
+    scene: type[AnyScene]
     sections: Sections
     impossible: Callable[[Any], list[str]]
     folder: str

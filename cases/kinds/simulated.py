@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.protocols import CollisionTest, Fluid, Recorder, State, Structure
-from coupling.schemes.contraction import contraction_measured
+from coupling import CollisionTest, Fluid, Recorder, Simulation, State, Structure, Tolerances
+from coupling.schemes.contraction import measure_contraction
 from coupling.schemes.scheme import Scheme
 from coupling.stepping.integrator import BDF2, BackwardEuler
 from coupling.stepping.step_control import StepControl
-from coupling.stepping.time_loop import Simulation, Tolerances
 
 from ..output.accuracy import Accuracy
 from ..output.vtk import SurfaceSampler
@@ -93,4 +92,4 @@ class Simulated:
         at = State(0.0, c, np.zeros_like(c)) if state is None else state
         dt = self.scene.time.dt
         inverse = self.structure.linearised(at, dt)
-        return contraction_measured(self.fluid().assemble(c).response(), inverse, dt)
+        return measure_contraction(self.fluid().assemble(c).response(), inverse, dt)

@@ -2,5 +2,5 @@
 
 Read `atomic.py` (how files are replaced), the recorders of the time loop (`recorder`, `history`,
 `iterations`, `vtk`, `checkpoint`, `run_record`, `progress`), `step_records.py` (the same for runs
-without time), `forecast.py`, and what pictures share (`figures`, `clip`, `flow_slice`).
+without time), `forecast.py`, and what pictures share (`figures`, `flow_slice`).
 """

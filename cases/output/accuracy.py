@@ -6,13 +6,14 @@ Collects the smallest gap, the largest residual and the largest multiplier of th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hbem.accuracy import Budget, review
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep
+    from coupling import AcceptedStep
 
 
 @dataclass
@@ -43,11 +44,11 @@ class Accuracy:
             self.zeta = max(self.zeta, abs(step.traction.zeta) / fastest)
             self.residual = max(self.residual, step.traction.residual)
 
-    def before(self) -> dict[str, object]:
+    def before(self) -> Mapping[str, object]:
         """The budget as plain numbers, with its warnings."""
         return {**self.budget.describe(), "warnings": list(self.budget.warnings)}
 
-    def after(self) -> dict[str, object]:
+    def after(self) -> Mapping[str, object]:
         """What the run achieved."""
         return review(
             self.budget,

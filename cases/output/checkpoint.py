@@ -20,7 +20,7 @@ from .atomic import replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import Snapshot
+    from coupling import Snapshot
 
 FORMAT = 1
 
@@ -74,11 +74,10 @@ def load(path: Path, scene: str | None = None) -> Snapshot:
     CheckpointError
         An unreadable file, or one written for another scene (its hash differs from ``scene``).
     """
-    from coupling.protocols import Snapshot, State
+    from coupling import Snapshot, State
 
+    arrays = read_arrays(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
         state = State(
             float(arrays["t"]),
             arrays["coefficients"],
@@ -92,14 +91,31 @@ def load(path: Path, scene: str | None = None) -> Snapshot:
             accumulated={k: float(v) for k, v in _group(arrays, "accumulated.").items()},
             memory=_group(arrays, "memory."),
         )
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        same = scene is None or str(arrays["scene_hash"]) == scene
+    except (ValueError, KeyError) as error:
         raise CheckpointError(f"{path.name} is no readable checkpoint: {error}") from error
-    if scene is not None and str(arrays["scene_hash"]) != scene:
+    if not same:
         raise CheckpointError(
             f"{path.name} belongs to another scene than run.toml beside it; only time.end, name, "
             "description and output may be changed before a resume"
         )
     return snapshot
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Arrays of a checkpoint by name.
+
+    Raises
+    ------
+    CheckpointError
+        An unreadable file.
+    """
+    try:
+        # opened here: numpy leaves a broken archive open
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
+            return dict(file)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise CheckpointError(f"{path.name} is no readable checkpoint: {error}") from error
 
 
 def _group(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ from .atomic import keep_lines
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep
+    from coupling import AcceptedStep
 
 LAST = "wall_time"
 

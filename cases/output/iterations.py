@@ -12,7 +12,7 @@ from .atomic import keep_lines
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep, Iteration, Rejection
+    from coupling import AcceptedStep, Iteration, Rejection
 
 STEPS = "TimeWindow  TotalIterations  Iterations  Convergence  Time  Dt  Cause"
 RESIDUALS = "TimeWindow  Iteration  Time  Dt  Relaxation  ResRel(Displacement)"

@@ -9,8 +9,9 @@ from .recorder import Silent
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.progress import Progress as LiveBar
 
-    from coupling.protocols import AcceptedStep, Iteration, Outcome, Rejection
+    from coupling import AcceptedStep, Iteration, Outcome, Rejection
 
 
 class Progress(Silent):
@@ -28,7 +29,7 @@ class Progress(Silent):
 
     def __init__(self, console: Console, end: float, volume: float | None = None):
         self.console, self.end, self.volume = console, end, volume
-        self._live = None
+        self._live: LiveBar | None = None
         self._clock = time.perf_counter()
 
     def on_start(self, step: AcceptedStep) -> None:
@@ -77,20 +78,21 @@ class Progress(Silent):
         if not self.console.is_terminal:
             return
         if self._live is None:
-            self._start()
-        self._live.update(self._task, description=text)
+            self._live = self._started()
+        self._live.update(self._live.task_ids[0], description=text)
         if t is not None:
-            self._live.update(self._task, completed=t)
+            self._live.update(self._live.task_ids[0], completed=t)
 
-    def _start(self) -> None:
+    def _started(self) -> LiveBar:
         from rich import progress
 
-        self._live = progress.Progress(
+        live = progress.Progress(
             progress.BarColumn(bar_width=12),
             progress.TaskProgressColumn(),
             progress.TextColumn("{task.description}", markup=False),
             progress.TimeElapsedColumn(),
             console=self.console,
         )
-        self._task = self._live.add_task("", total=self.end)
-        self._live.start()
+        live.add_task("", total=self.end)
+        live.start()
+        return live

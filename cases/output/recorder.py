@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep, Iteration, Outcome, Rejection, Snapshot
+    from coupling import AcceptedStep, Iteration, Outcome, Rejection, Snapshot
 
 
 class Silent:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -24,7 +24,7 @@ from .recorder import Silent
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from coupling.protocols import AcceptedStep, Outcome, Rejection, Snapshot
+    from coupling import AcceptedStep, Outcome, Rejection, Snapshot
 
     from .accuracy import Accuracy
 
@@ -52,7 +52,7 @@ class RunRecord(Silent):
         self._accuracy: Accuracy | None = None
         self.compression: Mapping[str, Any] = {}
         self._began = time.perf_counter()
-        self._phases: Counter[str] = Counter()
+        self._phases: defaultdict[str, float] = defaultdict(float)
         self._causes: Counter[str] = Counter()
         self._notes: Counter[str] = Counter()
         old = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}

@@ -8,14 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
-from zipfile import BadZipFile
 
 import numpy as np
 
 from ..scene_text import write
 from ..sections import AnyScene
 from .atomic import replacing
-from .checkpoint import CheckpointError
+from .checkpoint import CheckpointError, read_arrays
 from .history import History
 from .run_record import RunRecord
 from .vtk import FOLDER, read_frames, write_frames
@@ -107,10 +106,9 @@ class StepRecords:
 
     def checkpoint(self, **arrays: np.ndarray | float) -> None:
         """Replace the checkpoint; ``arrays`` are the next session's `start`."""
+        plain: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
         with replacing(self.folder / CHECKPOINT, "wb") as file:
-            np.savez(
-                file, scene=np.array(self._hash), **{k: np.asarray(v) for k, v in arrays.items()}
-            )
+            np.savez(file, scene=np.array(self._hash), **plain)
 
     def news(self, text: str) -> None:
         """A line on the console."""
@@ -125,13 +123,8 @@ class StepRecords:
         path = self.folder / CHECKPOINT
         if not path.exists():
             return {}
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                arrays = dict(file)
-            same = str(arrays.pop("scene")) == self._hash
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-            raise CheckpointError(f"{path.name} is no readable checkpoint: {error}") from error
-        if not same:
+        arrays = read_arrays(path)
+        if str(arrays.pop("scene", "")) != self._hash:
             raise CheckpointError(
                 f"{path.name} belongs to another scene than run.toml beside it; only name, "
                 "description and output may be changed before a resume"

@@ -18,7 +18,7 @@ from .atomic import SUFFIX, replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
-    from coupling.protocols import AcceptedStep, Outcome
+    from coupling import AcceptedStep, Outcome
 
 FOLDER = "fields"
 CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
@@ -135,4 +135,4 @@ def read_frames(path: Path) -> list[tuple[float, str]]:
     if not path.exists():
         return []
     entries = ElementTree.parse(path).iter("DataSet")
-    return [(float(entry.get("timestep")), entry.get("file")) for entry in entries]
+    return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..kinds import KINDS
 from ..kinds.kind import StepKind, TimeKind
 from ..output.atomic import remove_parts, replacing
 from ..output.checkpoint import CheckpointError
 from ..scene_text import write
-from ..sections import AnyScene
+from ..sections import AnyScene, TimedScene
 from .folder import Finished, FolderError, scene_of
 from .step_run import run_steps
 from .time_run import run_in_time
@@ -65,6 +65,7 @@ def _run(
     if resume:
         remove_parts(folder)
     if isinstance(kind, TimeKind):
+        scene = cast(TimedScene, scene)  # a scene of such a kind
         return run_in_time(kind, scene, folder, console, tolerances, resume=resume)
     assert isinstance(kind, StepKind)  # a kind is one or the other
     return run_steps(kind, scene, folder, console, tolerances, resume=resume)

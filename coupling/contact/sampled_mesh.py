@@ -1,25 +1,23 @@
 """Triangles on sample points of a smooth surface, and what `ipctk` finds out about them.
 
 Samples that coincide at rest are one vertex, so that neighbouring elements share vertices. A mesh
-whose triangles keep a distance certifies the smooth sheets (see `collision`).
+whose triangles keep a distance certifies the smooth sheets (see `self_intersection`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+if TYPE_CHECKING:
+    import ipctk
+
 COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
-
-
-def available() -> bool:
-    """Whether the optional extra ``contact`` (ipctk) is installed."""
-    return find_spec("ipctk") is not None
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class SampledMesh:
         vertex = connected_components(graph, directed=False)[1]
         _, first = np.unique(vertex, return_index=True)
         sample = sampling.tocsr()[first]
-        triangles = halved(vertex[cells], sample @ rest)
+        triangles = halve_quadrilaterals(vertex[cells], sample @ rest)
         proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
         return cls(sample, triangles[proper], np.tile(np.arange(len(cells)), 2)[proper])
 
@@ -106,14 +104,14 @@ def free_fraction(
     )
 
 
-def _collision_mesh(triangles: np.ndarray, rest: np.ndarray) -> object:
+def _collision_mesh(triangles: np.ndarray, rest: np.ndarray) -> ipctk.CollisionMesh:
     import ipctk
 
     faces = np.asfortranarray(triangles.astype(np.int32))
     return ipctk.CollisionMesh(rest, np.asfortranarray(ipctk.edges(faces)), faces)
 
 
-def halved(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+def halve_quadrilaterals(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Both halves of each quadrilateral along its shorter diagonal, first halves first."""
     a, b, c, d = cells.T
     length = np.linalg.norm(points[a] - points[c], axis=1)

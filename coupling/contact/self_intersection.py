@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, spmatrix
 from scipy.spatial import cKDTree
 
-from ..protocols import Result
+from ..exchange import Result
 from .sampled_mesh import free_fraction
 from .triangle_distance import triangle_distances
 
@@ -43,23 +43,35 @@ class Collision:
         Coefficients to sample points.
     triangles : (m, 3) int array
         Samples that make a triangle; neighbours share samples.
-    patch : (m,) bool array
-        Triangles of the inflow patch.
+    inlet : (m,) bool array
+        Triangles of the inlet, where touching is another `Result`.
     engine : str
         "bound" for conservative advancement, "ipctk" for its CCD.
     margin_factor : float
         Scales the chords' margins.
+    counts : dict
+        Tests and how many of them found a contact.
     """
 
     sample: spmatrix
     triangles: np.ndarray
-    patch: np.ndarray
+    inlet: np.ndarray
     engine: str = "bound"
     margin_factor: float = 1.0
     counts: dict[str, int] = field(default_factory=lambda: {"tests": 0, "blocked": 0}, repr=False)
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
-        """Why ``after (n_full, 3)`` cannot be reached from the free ``before``; None if it can."""
+        """Say why a configuration cannot be reached straight from one without contact.
+
+        Parameters
+        ----------
+        before, after : (n_full, 3) array
+
+        Returns
+        -------
+        Result or None
+            None if it can be reached.
+        """
         start, end = self.sample @ before, self.sample @ after
         self.counts["tests"] += 1
         if self._folded(end):
@@ -69,10 +81,19 @@ class Collision:
             return None
         self.counts["blocked"] += 1
         i, j = motion.pair
-        return Result.INLET_CONTACT if self.patch[i] != self.patch[j] else Result.SELF_INTERSECTION
+        return Result.INLET_CONTACT if self.inlet[i] != self.inlet[j] else Result.SELF_INTERSECTION
 
     def motion(self, start: np.ndarray, end: np.ndarray) -> Motion:
-        """How far samples may move from ``start`` straight to ``end``, both ``(n, 3)``."""
+        """Certify how far samples may move straight on.
+
+        Parameters
+        ----------
+        start, end : (n_samples, 3) array
+
+        Returns
+        -------
+        Motion
+        """
         if self.engine == "ipctk" and self._ccd(start, end) >= 1.0:
             return Motion(1.0)
         velocity, done, last = end - start, 0.0, Motion(0.0)
@@ -84,15 +105,6 @@ class Collision:
             if last.fraction < LEAST * (1.0 - done) and last.pair[0] >= 0:
                 break
         return Motion(min(done, 1.0 - 1e-12), last.pair, last.gap)
-
-    def smallest_gap(self, coefficients: np.ndarray, reach: float) -> float:
-        """Smallest distance of triangles within ``reach`` that are no neighbours."""
-        points = self.sample @ coefficients
-        pairs = self._candidates(points, reach, None, 1.0)
-        pairs = pairs[~self._related(pairs)]
-        if not len(pairs):
-            return float("inf")
-        return float(self._distances(points, pairs).min())
 
     def _advance(self, x: np.ndarray, velocity: np.ndarray, rest: float) -> Motion:
         """Certified fraction from ``x``, at most ``rest``."""
@@ -116,7 +128,7 @@ class Collision:
         return Motion(0.9 * float(allowed[worst]), tuple(pairs[worst]), float(distance[worst]))
 
     def _candidates(
-        self, x: np.ndarray, reach: float, velocity: np.ndarray | None, rest: float
+        self, x: np.ndarray, reach: float, velocity: np.ndarray, rest: float
     ) -> np.ndarray:
         """Pairs ``(k, 2)`` that bounding spheres do not clear, without those sharing a sample."""
         corners = x[self.triangles]
@@ -128,13 +140,12 @@ class Collision:
         i, j = pairs.T
         space = np.linalg.norm(centre[i] - centre[j], axis=1) - radius[i] - radius[j]
         keep = space < reach
-        if velocity is not None:
-            moving = velocity[self.triangles]
-            mean = moving.mean(axis=1)
-            spread = np.linalg.norm(moving - mean[:, None], axis=-1).max(axis=1)
-            speed = np.linalg.norm(mean[i] - mean[j], axis=1) + spread[i] + spread[j]
-            margin = self._margins(x)
-            keep &= space - margin[i] - margin[j] <= speed * rest
+        moving = velocity[self.triangles]
+        mean = moving.mean(axis=1)
+        spread = np.linalg.norm(moving - mean[:, None], axis=-1).max(axis=1)
+        speed = np.linalg.norm(mean[i] - mean[j], axis=1) + spread[i] + spread[j]
+        margin = self._margins(x)
+        keep &= space - margin[i] - margin[j] <= speed * rest
         pairs = pairs[keep]
         normal = self._normals(x)
         alike = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]]) > 0.0

@@ -15,7 +15,7 @@ FACING = -0.9  # cosine between facing normals: walls of a fold tip do not count
 
 
 def minimum_gap(points: np.ndarray, normals: np.ndarray, scale: float) -> float:
-    """Smallest distance between facing sheets.
+    """Find the smallest distance between facing sheets.
 
     Parameters
     ----------

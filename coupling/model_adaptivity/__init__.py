@@ -1,6 +1,9 @@
 """Goal-oriented model adaptivity: Navier-Stokes where a goal needs it, Stokes elsewhere [T ch. 7].
 
-Names load on first use, so that importing the package costs nothing.
+Read `goals` (what is to be computed), `error_estimate` (what Stokes flow costs it, and where),
+`marking` (which elements change their model), then `adaptive_loop`, which puts them together.
+`mesh_adaptivity` refines meshes so that discretisation stays below the modelling error. The flows
+come from `coupling.navier_stokes`.
 """
 
 import lazy_loader

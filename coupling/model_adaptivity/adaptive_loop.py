@@ -15,15 +15,15 @@ from enum import Enum
 import numpy as np
 
 from ..navier_stokes.flow import MixedFlow
-from ..navier_stokes.newton import Solution, robust
-from .error_estimate import Adjoint, Estimate, Indicator, estimate, grown
+from ..navier_stokes.newton import Solution, solve_robustly
+from .error_estimate import Adjoint, Estimate, Indicator, add_layers, estimate
 from .goals import Goal
-from .marking import Marking, marked
+from .marking import Marking, mark
 
 logger = logging.getLogger(__name__)
 
 
-class Result(Enum):
+class AdaptationResult(Enum):
     """Why the loop ended."""
 
     RUNNING = "not ended"
@@ -34,19 +34,26 @@ class Result(Enum):
 
     @property
     def ok(self) -> bool:
-        return self in (Result.COMPLETED, Result.FULL_MODEL)
+        """Whether the goal is as exact as was asked."""
+        return self in (AdaptationResult.COMPLETED, AdaptationResult.FULL_MODEL)
 
 
 @dataclass(frozen=True)
 class Strategy:
     """How the loop adapts.
 
-    Attributes
+    Parameters
     ----------
-    indicator, adjoint, layers
+    indicator : {"integral", "counting", "volume", "exact"}
         See `estimate`.
-    marking, parameter
-        See `marked`.
+    adjoint : {"full", "mixed", "enriched"}
+        See `estimate`.
+    layers : int
+        See `estimate`.
+    marking : {"greedy", "fraction", "doerfler"}
+        See `mark`.
+    parameter : float
+        Of the marking.
     tolerance : float
         For the bound relative to ``J(u0)``.
     max_steps : int
@@ -65,7 +72,7 @@ class Strategy:
 class Step:
     """One step of the loop; relative figures are NaN where the solve did not converge.
 
-    Attributes
+    Parameters
     ----------
     index : int
     flagged : (n_elements,) bool array
@@ -76,7 +83,7 @@ class Step:
         Of the Navier-Stokes part.
     reference : float
         ``J(u1)`` of the full model; NaN if it was not computed.
-    result : Result
+    result : AdaptationResult
     seconds : dict
         Of the solve and of the estimate.
     """
@@ -88,7 +95,7 @@ class Step:
     element_fraction: float
     volume_fraction: float
     reference: float = float("nan")
-    result: Result = Result.RUNNING
+    result: AdaptationResult = AdaptationResult.RUNNING
     seconds: dict[str, float] = field(default_factory=dict)
 
     def _relative(self, name: str) -> float:
@@ -149,12 +156,13 @@ def adapt(
     start: np.ndarray | None = None,
     first: int = 0,
 ) -> Iterator[Step]:
-    """Steps of the adaptive loop; the last one's ``result`` says why it ended.
+    """Run the adaptive loop; the last step's ``result`` says why it ended.
 
     Parameters
     ----------
     flow : MixedFlow
     goal : Goal
+        Whose error is estimated and controlled.
     strategy : Strategy, optional
     reference : float
         ``J(u1)`` of the full model, for true errors.
@@ -164,12 +172,16 @@ def adapt(
         Initial guess.
     first : int
         Number of the first step, where a loop is taken up again.
+
+    Yields
+    ------
+    Step
     """
     strategy = strategy or Strategy()
     flagged = flow.nowhere if flagged is None else flagged
     for index in range(first, strategy.max_steps + 1):
         began = time.perf_counter()
-        found = robust(flow, flagged, start)
+        found = solve_robustly(flow, flagged, start)
         solved = time.perf_counter()
         judged = None
         if found.ok:
@@ -196,43 +208,61 @@ def adapt(
         )
         result = _result(step, strategy)
         yield replace(step, result=result)
-        if result is not Result.RUNNING:
+        if result is not AdaptationResult.RUNNING:
             return
-        flagged = enlarged(flow, step, strategy)
+        flagged = enlarge(flow, step, strategy)
 
 
-def enlarged(flow: MixedFlow, step: Step, strategy: Strategy) -> np.ndarray:
-    """Flags of the next step; a layer more where there is no estimate or nothing is marked."""
+def enlarge(flow: MixedFlow, step: Step, strategy: Strategy) -> np.ndarray:
+    """Enlarge the Navier-Stokes part by what is marked.
+
+    A layer is added where there is no estimate or nothing is marked.
+    """
     new = np.zeros_like(step.flagged)
     if step.estimated is not None:
         eta = step.estimated.indicators
-        new = marked(eta, step.flagged, strategy.marking, strategy.parameter)
+        new = mark(eta, step.flagged, strategy.marking, strategy.parameter)
     else:
         logger.warning("step %d: %s", step.index, step.solution.outcome.value)
     if not new.any():
-        new = grown(flow.space, step.flagged) if step.flagged.any() else flow.everywhere
+        new = add_layers(flow.space, step.flagged) if step.flagged.any() else flow.everywhere
     return step.flagged | new
 
 
-def _result(step: Step, strategy: Strategy) -> Result:
+def _result(step: Step, strategy: Strategy) -> AdaptationResult:
     if not step.solution.ok and step.flagged.all():
-        return Result.NEWTON
+        return AdaptationResult.NEWTON
     if step.bound <= strategy.tolerance:
-        return Result.COMPLETED
+        return AdaptationResult.COMPLETED
     if step.flagged.all():
-        return Result.FULL_MODEL
-    return Result.STEP_LIMIT if step.index == strategy.max_steps else Result.RUNNING
+        return AdaptationResult.FULL_MODEL
+    return (
+        AdaptationResult.STEP_LIMIT
+        if step.index == strategy.max_steps
+        else AdaptationResult.RUNNING
+    )
 
 
 def full_model(flow: MixedFlow, goal: Goal) -> tuple[float, Solution]:
-    """``J(u1)`` and the solution of Navier-Stokes in the whole domain.
+    """Solve Navier-Stokes in the whole domain.
+
+    Parameters
+    ----------
+    flow : MixedFlow
+    goal : Goal
+
+    Returns
+    -------
+    float
+        ``J(u1)``.
+    Solution
 
     Raises
     ------
     ArithmeticError
         It did not converge.
     """
-    found = robust(flow, flow.everywhere)
+    found = solve_robustly(flow, flow.everywhere)
     if not found.ok:
         raise ArithmeticError(f"full model: {found.outcome.value}; residual {found.residual:.1e}")
     return goal.value(found.x), found

@@ -25,7 +25,7 @@ Adjoint = Literal["full", "mixed", "enriched"]
 class Estimate:
     """Error estimate of one mixed-model solution, absolute values.
 
-    Attributes
+    Parameters
     ----------
     goal : float
         ``J(u0)``.
@@ -57,7 +57,7 @@ def estimate(
     adjoint: Adjoint = "full",
     layers: int = 1,
 ) -> Estimate:
-    """Estimate the modelling error of a solution.
+    """Estimate the modelling error of a solution in a goal [T 7.25].
 
     Parameters
     ----------
@@ -67,10 +67,25 @@ def estimate(
         Solution of the mixed model.
     flagged : (n_elements,) bool array
         Its Navier-Stokes elements.
-    indicator, adjoint
-        See the module.
+    indicator : {"integral", "counting", "volume", "exact"}
+        Element integrals of the estimate, or nodal residuals shared among elements by their
+        number, their areas or the means of the shape functions [T 7.28].
+    adjoint : {"full", "mixed", "enriched"}
+        Model of the adjoint: Navier-Stokes everywhere, the mixed one of ``x``, or a mixed one
+        whose Navier-Stokes part is larger.
     layers : int
         Of elements by which an enriched adjoint's Navier-Stokes part is larger.
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    ValueError
+        ``exact`` where a shape function has no mean (vertices of P2 triangles).
+    LinearSolveError
+        The adjoint could not be solved.
     """
     z = dual(flow, goal, x, _fine(flow, flagged, adjoint, layers))
     r1 = flow.residual(x, flow.everywhere)
@@ -95,17 +110,17 @@ def dual(
     """Adjoint solution z, 0 where velocities are prescribed: ``N'(u0)^T z = J'(u0)`` [T 7.23]."""
     factor = factor or flow.tangent(x, fine)
     right = goal.derivative(x)[flow.pattern.order]
-    return flow.extended(factor.solve(right, transposed=True))
+    return flow.extend(factor.solve(right, transposed=True))
 
 
 def _fine(flow: MixedFlow, flagged: np.ndarray, adjoint: Adjoint, layers: int) -> np.ndarray:
     if adjoint == "full":
         return flow.everywhere
-    return grown(flow.space, flagged, layers if adjoint == "enriched" else 0)
+    return add_layers(flow.space, flagged, layers if adjoint == "enriched" else 0)
 
 
-def grown(space: FlowSpace, flagged: np.ndarray, layers: int = 1) -> np.ndarray:
-    """Flags grown by layers of elements that share a vertex."""
+def add_layers(space: FlowSpace, flagged: np.ndarray, layers: int = 1) -> np.ndarray:
+    """Add layers of elements that share a vertex with flagged ones."""
     corners = space.mesh.t
     for _ in range(layers):
         touched = np.zeros(space.mesh.p.shape[1], dtype=bool)

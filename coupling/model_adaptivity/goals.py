@@ -21,13 +21,33 @@ AREA_TOLERANCE = 1e-9
 class Goal(Protocol):
     """A differentiable functional of a field ``(n,)``."""
 
-    def value(self, x: np.ndarray) -> float: ...
+    def value(self, x: np.ndarray) -> float:
+        """Evaluate J.
 
-    def derivative(self, x: np.ndarray) -> np.ndarray: ...
+        Parameters
+        ----------
+        x : (n,) array
+
+        Returns
+        -------
+        float
+        """
+
+    def derivative(self, x: np.ndarray) -> np.ndarray:
+        """Differentiate J.
+
+        Parameters
+        ----------
+        x : (n,) array
+
+        Returns
+        -------
+        (n,) array
+        """
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(Goal):
     """``J(x) = g . x``."""
 
     vector: np.ndarray
@@ -40,7 +60,7 @@ class Linear:
 
 
 @dataclass(frozen=True)
-class Quadratic:
+class Quadratic(Goal):
     """``J(x) = x . M x / 2`` with symmetric M."""
 
     matrix: csr_array
@@ -53,7 +73,7 @@ class Quadratic:
 
 
 @dataclass(frozen=True)
-class Traction:
+class BoundaryForce(Goal):
     """``J = N((u, p), l(v)) - F(l(v))``: sigma n on a boundary, on the fluid, weighted with v.
 
     ``lift`` is v on the boundary's nodes and 0 on all others; N is the full model everywhere.
@@ -80,7 +100,17 @@ class Traction:
 
 
 def region(space: FlowSpace, box: tuple[float, float, float, float]) -> np.ndarray:
-    """Elements of a rectangle ``(left, right, bottom, top)``, as flags ``(n_elements,)``.
+    """Flag the elements of a rectangle.
+
+    Parameters
+    ----------
+    space : FlowSpace
+    box : tuple of four float
+        Left, right, bottom, top.
+
+    Returns
+    -------
+    (n_elements,) bool array
 
     Raises
     ------
@@ -104,14 +134,33 @@ def region(space: FlowSpace, box: tuple[float, float, float, float]) -> np.ndarr
 
 
 def vorticity(space: FlowSpace, elements: np.ndarray) -> Linear:
-    """``J = int d_y u_x - d_x u_y`` over the flagged elements [T 7.19]."""
+    """Make the goal ``J = int d_y u_x - d_x u_y`` over flagged elements [T 7.19].
+
+    Parameters
+    ----------
+    space : FlowSpace
+    elements : (n_elements,) bool array
+
+    Returns
+    -------
+    Goal
+    """
     part = space.velocity.with_elements(np.flatnonzero(elements))
     gx, gy = (LinearForm(lambda v, w, i=i: v.grad[i]).assemble(part) for i in range(2))
     return Linear(np.concatenate([gy, -gx, np.zeros(space.pressure.N)]))
 
 
 def kinetic_energy(space: FlowSpace) -> Quadratic:
-    """``J = |u|^2 / 2`` in L2."""
+    """Make the goal ``J = |u|^2 / 2`` in L2.
+
+    Parameters
+    ----------
+    space : FlowSpace
+
+    Returns
+    -------
+    Goal
+    """
     mass = csr_array(BilinearForm(lambda u, v, w: u * v).assemble(space.velocity))
     n, p = space.n_velocity, space.pressure.N
     coo = mass.tocoo()
@@ -123,7 +172,20 @@ def kinetic_energy(space: FlowSpace) -> Quadratic:
 def point_value(
     space: FlowSpace, point: tuple[float, float], radius: float, component: int = 0
 ) -> Linear:
-    """A velocity component, averaged around a point with weight ``exp(-1 / (1 - r^2 / R^2))``.
+    """Make the goal of a velocity near a point, weighted by ``exp(-1 / (1 - r^2 / R^2))``.
+
+    Parameters
+    ----------
+    space : FlowSpace
+    point : tuple of two float
+    radius : float
+        R, where the weight ends.
+    component : int
+        0 or 1.
+
+    Returns
+    -------
+    Goal
 
     Raises
     ------
@@ -146,11 +208,22 @@ def point_value(
     return Linear(vector)
 
 
-def traction(flow: MixedFlow, boundary: str, direction: tuple[float, float]) -> Traction:
-    """Force in a direction on a Dirichlet boundary, by the residual of a lift."""
+def boundary_force(flow: MixedFlow, boundary: str, direction: tuple[float, float]) -> BoundaryForce:
+    """Make the goal of a force on a Dirichlet boundary, by the residual of a lift.
+
+    Parameters
+    ----------
+    flow : MixedFlow
+    boundary : str
+    direction : tuple of two float
+
+    Returns
+    -------
+    Goal
+    """
     space = flow.space
     dofs = space.velocity.get_dofs(boundary).flatten()
     lift = np.zeros(space.n)
     for i in range(2):
         lift[dofs + i * space.n_velocity] = direction[i]
-    return Traction(flow, lift)
+    return BoundaryForce(flow, lift)

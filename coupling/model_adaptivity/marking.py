@@ -13,20 +13,27 @@ import numpy as np
 Marking = Literal["greedy", "fraction", "doerfler"]
 
 
-def marked(
+def mark(
     indicators: np.ndarray, flagged: np.ndarray, rule: Marking, parameter: float
 ) -> np.ndarray:
-    """Flags of the elements to add.
+    """Choose the Stokes elements that become Navier-Stokes elements.
 
     Parameters
     ----------
     indicators : (n_elements,) array
     flagged : (n_elements,) bool array
         Navier-Stokes elements.
-    rule, parameter
+    rule : {"greedy", "fraction", "doerfler"}
         ``greedy``: at least ``parameter`` times the largest; ``fraction``: the largest ones,
         ``parameter`` times all elements of the mesh; ``doerfler``: the fewest that make up
         ``parameter`` of the sum.
+    parameter : float
+        In (0, 1].
+
+    Returns
+    -------
+    (n_elements,) bool array
+        Flags of the elements to add.
 
     Raises
     ------

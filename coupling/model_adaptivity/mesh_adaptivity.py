@@ -13,9 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from skfem import FacetBasis, Functional, InteriorFacetBasis, MeshTri
+from skfem.assembly.basis import AbstractBasis
+from skfem.element import DiscreteField
 
 from ..navier_stokes.flow import MixedFlow
-from ..navier_stokes.newton import robust
+from ..navier_stokes.newton import solve_robustly
+from ..navier_stokes.spaces import FlowSpace
 from .error_estimate import dual
 from .goals import Goal
 
@@ -23,13 +26,14 @@ Problem = Callable[[MeshTri, int], tuple[MixedFlow, Goal]]
 
 
 @dataclass(frozen=True)
-class Level:
+class MeshLevel:
     """A mesh of the sequence and its discretisation error in the goal.
 
-    Attributes
+    Parameters
     ----------
-    flow, goal
+    flow : MixedFlow
         The problem on it.
+    goal : Goal
     x : (n,) array
         Solution of the full model.
     value : float
@@ -52,8 +56,8 @@ class Level:
 
 def refinements(
     problem: Problem, mesh: MeshTri, levels: int, fraction: float = 0.15
-) -> Iterator[Level]:
-    """Meshes refined where the discretisation error of the goal comes from.
+) -> Iterator[MeshLevel]:
+    """Refine meshes where the discretisation error of the goal comes from.
 
     Parameters
     ----------
@@ -65,6 +69,10 @@ def refinements(
     fraction : float
         Of the elements to be refined each time, those with the largest indicators.
 
+    Yields
+    ------
+    MeshLevel
+
     Raises
     ------
     ArithmeticError
@@ -74,14 +82,14 @@ def refinements(
     for level in range(levels + 1):
         flow, goal = problem(mesh, 2)
         if start is None:
-            found = robust(flow, flow.everywhere)
+            found = solve_robustly(flow, flow.everywhere)
         else:
-            found = robust(flow, flow.everywhere, flow.space.transfer(*start))
+            found = solve_robustly(flow, flow.everywhere, flow.space.transfer(*start))
         if not found.ok:
             raise ArithmeticError(f"mesh level {level}: {found.outcome.value}")
         start = (flow.space, found.x)
         eta = indicators(flow, found.x, *problem(mesh, 3))
-        yield Level(
+        yield MeshLevel(
             flow,
             goal,
             found.x,
@@ -137,11 +145,11 @@ def _inside(flow: MixedFlow, x: np.ndarray, w: np.ndarray) -> np.ndarray:
     return part - flow.convection.elements(x, w, flow.everywhere)
 
 
-def _renamed(v: dict) -> dict:
+def _renamed(v: dict[str, DiscreteField]) -> dict[str, DiscreteField]:
     return {key.replace("u", "v"): value for key, value in v.items()}
 
 
-def _fields(space, basis, x: np.ndarray) -> dict:
+def _fields(space: FlowSpace, basis: AbstractBasis, x: np.ndarray) -> dict[str, DiscreteField]:
     return {f"u{i}": basis.interpolate(space.split(x)[i]) for i in range(2)}
 
 
@@ -165,7 +173,9 @@ def _mean_flux(flow: MixedFlow, x: np.ndarray, w: np.ndarray) -> np.ndarray:
     return result
 
 
-def _flux(space, side: FacetBasis, x: np.ndarray, nu: float, n: np.ndarray) -> np.ndarray:
+def _flux(
+    space: FlowSpace, side: FacetBasis, x: np.ndarray, nu: float, n: np.ndarray
+) -> np.ndarray:
     """``d_n u / Re - p n`` on facets, ``(2, n_facets, q)``."""
     u = _fields(space, side, x)
     p = np.asarray(side.with_element(space.pressure.elem).interpolate(space.split(x)[2]))

@@ -1,5 +1,9 @@
 from .flow import MixedFlow as MixedFlow
 from .flow import mixed_flow as mixed_flow
-from .newton import robust as robust
+from .newton import Newton as Newton
+from .newton import Solution as Solution
+from .newton import continuation as continuation
 from .newton import solve as solve
+from .newton import solve_robustly as solve_robustly
+from .spaces import FlowSpace as FlowSpace
 from .spaces import taylor_hood as taylor_hood

@@ -49,7 +49,7 @@ class Factor:
             The residual stays above `RESIDUAL` even with free pivots.
         """
         matrix = self._matrix.T if transposed else self._matrix
-        size = np.linalg.norm(b)
+        size = float(np.linalg.norm(b))
         if size == 0.0:
             return np.zeros_like(b)
         x, error = self._refined(matrix, b, size, transposed)

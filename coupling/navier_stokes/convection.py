@@ -28,14 +28,14 @@ class Convection:
         Take the form of [T 7.13].
     outlet : skfem.FacetBasis, optional
         Where the skew form needs its outflow term.
-    frozen : (n,) array, optional
+    wind : (n,) array, optional
         Field that convects in place of the solution: the problem is linear then.
     """
 
     space: FlowSpace
     skew: bool = False
     outlet: FacetBasis | None = None
-    frozen: np.ndarray | None = None
+    wind: np.ndarray | None = None
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray]:
@@ -104,7 +104,7 @@ class Convection:
         mass, first = self._products
         k, m = self.space.velocity.Nbfun, rows.size
         u, gradient, w, inverse = self._at_points(x, rows)
-        a = u if self.frozen is None else self._at_points(self.frozen, rows)[0]
+        a = u if self.wind is None else self._at_points(self.wind, rows)[0]
         carried = self._reference(w * a, inverse)
         convective = sum(carried[b] @ first[b] for b in range(2)).reshape(m, k, k)
         if self.skew:
@@ -113,7 +113,7 @@ class Convection:
         half = 0.5 if self.skew else 1.0
         for i in range(2):
             result[:, i, :, i, :] = convective
-            for j in range(2 if self.frozen is None else 0):
+            for j in range(2 if self.wind is None else 0):
                 block = (half * w * gradient[i, j]) @ mass
                 result[:, i, :, j, :] += block.reshape(m, k, k)
                 if self.skew:
@@ -121,14 +121,14 @@ class Convection:
                     block = sum(weight[b] @ first[b] for b in range(2)).reshape(m, k, k)
                     result[:, i, :, j, :] -= block.transpose(0, 2, 1)
         if self.skew and self.outlet is not None:
-            self._add_outflow_tangent(x, rows, result)
+            self._add_outflow_tangent(self.outlet, x, rows, result)
         return result.reshape(m, 2 * k, 2 * k)
 
     def _vectors(self, x: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
         """Both components of the element vectors, ``(m, k)`` each."""
         phi, dphi = self._tables
         u, gradient, w, inverse = self._at_points(x, rows)
-        a = u if self.frozen is None else self._at_points(self.frozen, rows)[0]
+        a = u if self.wind is None else self._at_points(self.wind, rows)[0]
         half = 0.5 if self.skew else 1.0
         result = [half * w * (a[0] * gradient[i, 0] + a[1] * gradient[i, 1]) for i in range(2)]
         result = [c @ phi.T for c in result]
@@ -137,7 +137,7 @@ class Convection:
             for i in range(2):
                 result[i] -= sum((0.5 * carried[b] * u[i]) @ dphi[b].T for b in range(2))
             if self.outlet is not None:
-                self._add_outflow(x, rows, result)
+                self._add_outflow(self.outlet, x, rows, result)
         return result
 
     def _at_points(self, x: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -157,35 +157,40 @@ class Convection:
         """A vector field at points in reference coordinates."""
         return np.einsum("bjeq,jeq->beq", inverse, a)
 
-    def _outflow(self, x: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _outflow(
+        self, basis: FacetBasis, x: np.ndarray, rows: np.ndarray
+    ) -> tuple[np.ndarray, ...]:
         """On outlet facets of ``rows``: element's place, shapes, weights, velocity, normal."""
-        basis = self.outlet
         place = np.full(self.space.n_elements, -1)
         place[rows] = np.arange(rows.size)
         chosen = np.flatnonzero(place[basis.tind] >= 0)
-        phi = np.array([f[0].value[chosen] for f in basis.basis])
+        phi = np.array([np.asarray(f[0])[chosen] for f in basis.basis])
         dofs = basis.element_dofs[:, chosen]
         u = np.stack([np.einsum("ie,ieq->eq", c[dofs], phi) for c in self.space.split(x)[:2]])
         at = place[basis.tind[chosen]]
         return at, phi, basis.dx[chosen], u, basis.normals[:, chosen]
 
-    def _add_outflow(self, x: np.ndarray, rows: np.ndarray, result: list[np.ndarray]) -> None:
+    def _add_outflow(
+        self, outlet: FacetBasis, x: np.ndarray, rows: np.ndarray, result: list[np.ndarray]
+    ) -> None:
         # departs from [T 7.13], written for enclosed flow: (u . n) u . v / 2 on the outlet keeps
         # its condition sigma n = 0, so that skew and plain form have the same solutions
-        at, phi, w, u, n = self._outflow(x, rows)
-        a = u if self.frozen is None else self._outflow(self.frozen, rows)[3]
+        at, phi, w, u, n = self._outflow(outlet, x, rows)
+        a = u if self.wind is None else self._outflow(outlet, self.wind, rows)[3]
         flow = 0.5 * w * np.einsum("jeq,jeq->eq", a, n)
         for i in range(2):
             np.add.at(result[i], at, np.einsum("eq,keq->ek", flow * u[i], phi))
 
-    def _add_outflow_tangent(self, x: np.ndarray, rows: np.ndarray, result: np.ndarray) -> None:
-        at, phi, w, u, n = self._outflow(x, rows)
-        a = u if self.frozen is None else self._outflow(self.frozen, rows)[3]
+    def _add_outflow_tangent(
+        self, outlet: FacetBasis, x: np.ndarray, rows: np.ndarray, result: np.ndarray
+    ) -> None:
+        at, phi, w, u, n = self._outflow(outlet, x, rows)
+        a = u if self.wind is None else self._outflow(outlet, self.wind, rows)[3]
         flow = 0.5 * w * np.einsum("jeq,jeq->eq", a, n)
         for i in range(2):
             blocks = np.einsum("eq,keq,leq->ekl", flow, phi, phi)
             np.add.at(result[:, i, :, i, :], at, blocks)
-            for j in range(2 if self.frozen is None else 0):
+            for j in range(2 if self.wind is None else 0):
                 weight = 0.5 * w * u[i] * n[j]
                 blocks = np.einsum("eq,keq,leq->ekl", weight, phi, phi)
                 np.add.at(result[:, i, :, j, :], at, blocks)

@@ -26,7 +26,7 @@ Profile = Callable[[np.ndarray], np.ndarray]
 class MixedFlow:
     """A flow problem; the model of each element is an argument of its methods.
 
-    Attributes
+    Parameters
     ----------
     space : FlowSpace
     reynolds : float
@@ -54,16 +54,39 @@ class MixedFlow:
     saddle_data: np.ndarray
 
     def at(self, reynolds: float) -> MixedFlow:
-        """The same problem at another Reynolds number."""
+        """Give the same problem at another Reynolds number.
+
+        Parameters
+        ----------
+        reynolds : float
+
+        Returns
+        -------
+        MixedFlow
+        """
         return replace(self, reynolds=reynolds)
 
     def skew(self) -> MixedFlow:
-        """The same problem with the skew-symmetric convection of [T 7.13]."""
+        """Give the same problem with the skew-symmetric convection of [T 7.13].
+
+        Returns
+        -------
+        MixedFlow
+        """
         return replace(self, convection=replace(self.convection, skew=True))
 
-    def frozen(self, x: np.ndarray) -> MixedFlow:
-        """The linear problem whose convecting velocity is that of ``x``."""
-        return replace(self, convection=replace(self.convection, frozen=x))
+    def with_wind(self, x: np.ndarray) -> MixedFlow:
+        """Give the linear problem whose convecting velocity is that of a field.
+
+        Parameters
+        ----------
+        x : (n,) array
+
+        Returns
+        -------
+        MixedFlow
+        """
+        return replace(self, convection=replace(self.convection, wind=x))
 
     @property
     def nowhere(self) -> np.ndarray:
@@ -76,24 +99,66 @@ class MixedFlow:
         return np.ones(self.space.n_elements, dtype=bool)
 
     def residual(self, x: np.ndarray, flagged: np.ndarray) -> np.ndarray:
-        """``F - N(x)`` against all test functions, prescribed ones too, ``(n,)``."""
+        """Test ``F - N(x)`` with all functions, those of prescribed unknowns too.
+
+        Parameters
+        ----------
+        x : (n,) array
+        flagged : (n_elements,) bool array
+            Elements with convection.
+
+        Returns
+        -------
+        (n,) array
+        """
         linear = self.viscous @ x / self.reynolds + self.saddle @ x
         return -linear - self.convection.vector(x, flagged)
 
     def free_residual(self, x: np.ndarray, flagged: np.ndarray) -> np.ndarray:
-        """Residual of the free unknowns in elimination order."""
+        """Give the residual of the free unknowns in their order of elimination.
+
+        Parameters
+        ----------
+        x : (n,) array
+        flagged : (n_elements,) bool array
+
+        Returns
+        -------
+        (n_free,) array
+        """
         return self.residual(x, flagged)[self.pattern.order]
 
     def tangent(self, x: np.ndarray, flagged: np.ndarray) -> Factor:
-        """Factorised derivative of ``N`` at ``x``."""
+        """Factorise the derivative of N at a field.
+
+        Parameters
+        ----------
+        x : (n,) array
+        flagged : (n_elements,) bool array
+
+        Returns
+        -------
+        Factor
+            Of the free unknowns in their order of elimination.
+        """
         data = self.viscous_data / self.reynolds + self.saddle_data
         rows = np.flatnonzero(flagged)
         if rows.size:
             self.pattern.add(data, rows, self.convection.matrices(x, rows))
         return Factor(self.pattern.matrix(data))
 
-    def extended(self, free: np.ndarray) -> np.ndarray:
-        """Free unknowns in elimination order as a field that vanishes where prescribed."""
+    def extend(self, free: np.ndarray) -> np.ndarray:
+        """Extend free unknowns by zero where velocities are prescribed.
+
+        Parameters
+        ----------
+        free : (n_free,) array
+            In their order of elimination.
+
+        Returns
+        -------
+        (n,) array
+        """
         x = np.zeros(self.space.n)
         x[self.pattern.order] = free
         return x
@@ -108,7 +173,7 @@ def mixed_flow(
     stress: bool = False,
     degree: int = 2,
 ) -> MixedFlow:
-    """A flow problem on a mesh.
+    """Pose a flow problem on a mesh.
 
     Parameters
     ----------
@@ -125,6 +190,10 @@ def mixed_flow(
     degree : int
         Of the velocity, see `taylor_hood`.
 
+    Returns
+    -------
+    MixedFlow
+
     Raises
     ------
     ValueError
@@ -136,7 +205,7 @@ def mixed_flow(
     if not reynolds > 0.0:
         raise ValueError(f"a Reynolds number is positive, got {reynolds}")
     space = taylor_hood(mesh, degree)
-    fixed, values = prescribed(space, dirichlet)
+    fixed, values = dirichlet_values(space, dirichlet)
     facets = None
     if outlet:
         facets = FacetBasis(mesh, space.velocity.elem, facets=outlet, intorder=3 * degree)
@@ -156,7 +225,9 @@ def mixed_flow(
     )
 
 
-def prescribed(space: FlowSpace, dirichlet: Mapping[str, Profile]) -> tuple[np.ndarray, np.ndarray]:
+def dirichlet_values(
+    space: FlowSpace, dirichlet: Mapping[str, Profile]
+) -> tuple[np.ndarray, np.ndarray]:
     """Flags and values ``(n,)`` of the prescribed velocities of a space."""
     fixed, values = np.zeros(space.n, dtype=bool), np.zeros(space.n)
     for name, profile in dirichlet.items():

@@ -1,8 +1,9 @@
 """Newton's method for mixed flows: factors reused while they contract, damping, continuation.
 
-A solve that does not converge says so; `robust` then tries Reynolds continuation at the fixed
-partition and, after that, a start from the skew-symmetric form [T 7.13], which cannot feed energy
-in at the interface. Convergence means the residual's round-off floor, since goals may be tiny.
+A solve that does not converge says so; `solve_robustly` then tries Reynolds continuation at the
+fixed partition and, after that, a start from the skew-symmetric form [T 7.13], which cannot feed
+energy in at the interface. Convergence means the residual's round-off floor, since goals may be
+tiny.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from .flow import MixedFlow
 
 logger = logging.getLogger(__name__)
 
-REUSE = 0.05  # a factor is kept while it reduces the residual at least by this
+REUSE = 0.05  # a factor is reused while it reduces the residual at least by this
 SHORTEST = 1.0 / 64.0
 FLOOR = 1e-6  # of the tolerance: nothing is left to gain
 LADDER = (10.0, 30.0, 100.0, 200.0, 400.0, 700.0, 1000.0, 1500.0)
@@ -36,6 +37,7 @@ class Newton(Enum):
 
     @property
     def ok(self) -> bool:
+        """Whether there is a solution."""
         return self not in (Newton.STALLED, Newton.LINEAR)
 
 
@@ -43,7 +45,7 @@ class Newton(Enum):
 class Solution:
     """A field and how it was found.
 
-    Attributes
+    Parameters
     ----------
     x : (n,) array
     outcome : Newton
@@ -63,6 +65,7 @@ class Solution:
 
     @property
     def ok(self) -> bool:
+        """Whether the field is a solution."""
         return self.outcome.ok
 
 
@@ -74,7 +77,7 @@ def solve(
     tolerance: float = 1e-10,
     max_iterations: int = 25,
 ) -> Solution:
-    """Solve a mixed flow.
+    """Solve a mixed flow by Newton's method alone.
 
     Parameters
     ----------
@@ -86,12 +89,18 @@ def solve(
     tolerance : float
         Residual relative to that of rest, where the solve counts as converged; it then goes on
         with the last factor while that helps.
+    max_iterations : int
+
+    Returns
+    -------
+    Solution
+        Its ``outcome`` says whether it converged.
     """
     fixed = np.where(flow.fixed, flow.values, 0.0)
-    goal = tolerance * np.linalg.norm(flow.free_residual(fixed, flow.nowhere))
+    goal = tolerance * float(np.linalg.norm(flow.free_residual(fixed, flow.nowhere)))
     x = fixed if start is None else np.where(flow.fixed, flow.values, start)
     r = flow.free_residual(x, flagged)
-    size, factor, made, worst = np.linalg.norm(r), None, 0, 0.0
+    size, factor, made, worst = float(np.linalg.norm(r)), None, 0, 0.0
     for k in range(max_iterations):
         done = size <= goal
         if size <= FLOOR * goal:
@@ -100,22 +109,22 @@ def solve(
             fresh = factor is None
             factor = factor or flow.tangent(x, flagged)
             made += fresh
-            step = flow.extended(factor.solve(r))
+            step = flow.extend(factor.solve(r))
         except LinearSolveError as error:
             logger.warning("Newton iteration %d: %s", k, error)
-            return Solution(x, Newton.LINEAR, float(size), k, made, worst)
+            return Solution(x, Newton.LINEAR, size, k, made, worst)
         worst = max(worst, factor.residual)
         new, r_new, size_new = _line_search(flow, flagged, x, step, size, damped=fresh and not done)
         if done and size_new >= 0.5 * size:
             break  # round-off floor
         if size_new >= size and fresh:
-            return Solution(x, Newton.STALLED, float(size), k, made, worst)
+            return Solution(x, Newton.STALLED, size, k, made, worst)
         if size_new > REUSE * size and not done:
             factor = None
         if size_new < size:
             x, r, size = new, r_new, size_new
     outcome = Newton.CONVERGED if size <= goal else Newton.STALLED
-    return Solution(x, outcome, float(size), k, made, worst)
+    return Solution(x, outcome, size, k, made, worst)
 
 
 def _line_search(
@@ -140,7 +149,21 @@ def _line_search(
 def continuation(
     flow: MixedFlow, flagged: np.ndarray, ladder: Sequence[float] = LADDER
 ) -> Solution:
-    """Solve at rising Reynolds numbers, each from the one before."""
+    """Solve at rising Reynolds numbers, each from the one before.
+
+    Parameters
+    ----------
+    flow : MixedFlow
+    flagged : (n_elements,) bool array
+        Elements with convection.
+    ladder : sequence of float
+        Reynolds numbers on the way to that of the flow.
+
+    Returns
+    -------
+    Solution
+        Of the last Reynolds number, or of the first that did not converge.
+    """
     start, iterations, made = None, 0, 0
     rungs = [re for re in ladder if re < 0.99 * flow.reynolds]
     for reynolds in [*rungs, flow.reynolds]:
@@ -152,9 +175,25 @@ def continuation(
     return replace(found, iterations=iterations, factorisations=made)
 
 
-def robust(flow: MixedFlow, flagged: np.ndarray, start: np.ndarray | None = None) -> Solution:
-    """Solve with every rescue there is; ``outcome`` names the one that worked."""
-    linear = flow.convection.frozen is not None or not flagged.any()
+def solve_robustly(
+    flow: MixedFlow, flagged: np.ndarray, start: np.ndarray | None = None
+) -> Solution:
+    """Solve with continuation and a start from the skew-symmetric form where Newton stalls.
+
+    Parameters
+    ----------
+    flow : MixedFlow
+    flagged : (n_elements,) bool array
+        Elements with convection.
+    start : (n,) array, optional
+        Initial guess; rest otherwise.
+
+    Returns
+    -------
+    Solution
+        Its ``outcome`` names what worked.
+    """
+    linear = flow.convection.wind is not None or not flagged.any()
     direct = linear or start is not None or flow.reynolds <= 2.0 * LADDER[0]
     tries = []
     if direct:

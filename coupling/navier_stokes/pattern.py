@@ -36,6 +36,7 @@ class Pattern:
 
     @property
     def nnz(self) -> int:
+        """Number of entries."""
         return self.indices.size
 
     def data(self, matrix: csr_array) -> np.ndarray:
@@ -48,6 +49,7 @@ class Pattern:
         return result
 
     def matrix(self, data: np.ndarray) -> csc_array:
+        """Matrix of the free unknowns from its data."""
         shape = (self.order.size, self.order.size)
         return csc_array((data, self.indices, self.indptr), shape=shape)
 

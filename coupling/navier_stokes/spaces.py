@@ -37,7 +37,7 @@ CHUNK = 500
 class FlowSpace:
     """Velocity and pressure on one mesh.
 
-    Attributes
+    Parameters
     ----------
     velocity, pressure : skfem.CellBasis
         Scalar bases on the same quadrature points.
@@ -51,10 +51,12 @@ class FlowSpace:
 
     @property
     def mesh(self) -> Mesh:
+        """Mesh of both bases."""
         return self.velocity.mesh
 
     @property
     def n_elements(self) -> int:
+        """Number of elements."""
         return self.mesh.t.shape[1]
 
     @property
@@ -64,6 +66,7 @@ class FlowSpace:
 
     @property
     def n(self) -> int:
+        """Number of unknowns: both velocity components and the pressure."""
         return 2 * self.velocity.N + self.pressure.N
 
     @cached_property
@@ -89,18 +92,49 @@ class FlowSpace:
         return self.velocity.dx.sum(axis=1)
 
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Views of both velocity components and the pressure."""
+        """View a field as both velocity components and the pressure.
+
+        Parameters
+        ----------
+        x : (n,) array
+
+        Returns
+        -------
+        tuple of arrays
+        """
         n = self.n_velocity
         return x[:n], x[n : 2 * n], x[2 * n :]
 
     def nodal(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
-        """Values at this space's nodes of a field of another space on the same mesh."""
+        """Evaluate a field of another space on the same mesh at this space's nodes.
+
+        Parameters
+        ----------
+        other : FlowSpace
+        x : array
+            Field of the other space.
+
+        Returns
+        -------
+        (n,) array
+        """
         parts = zip(self.split(np.empty(self.n)), other.split(x), "uup", strict=True)
         bases = {"u": (self.velocity, other.velocity), "p": (self.pressure, other.pressure)}
         return np.concatenate([_nodal(part, values, *bases[k]) for part, values, k in parts])
 
     def transfer(self, other: FlowSpace, x: np.ndarray) -> np.ndarray:
-        """Values at this space's nodes of a field on another mesh of the same domain."""
+        """Evaluate a field on another mesh of the same domain at this space's nodes.
+
+        Parameters
+        ----------
+        other : FlowSpace
+        x : array
+            Field of the other space.
+
+        Returns
+        -------
+        (n,) array
+        """
         ux, uy, p = other.split(x)
         velocity = _at(other.velocity, np.stack([ux, uy], axis=1), self.velocity.doflocs)
         pressure = _at(other.pressure, p, self.pressure.doflocs)
@@ -121,13 +155,17 @@ def _nodal(result: np.ndarray, x: np.ndarray, to: CellBasis, source: CellBasis) 
 
 
 def taylor_hood(mesh: Mesh, degree: int = 2) -> FlowSpace:
-    """The stable pair of a mesh.
+    """Make the stable pair of a mesh.
 
     Parameters
     ----------
     mesh : skfem.MeshQuad or skfem.MeshTri
     degree : int
         2, or 3 on triangles (the enriched dual of mesh adaptivity).
+
+    Returns
+    -------
+    FlowSpace
 
     Raises
     ------

@@ -1,5 +1,13 @@
+from .boundary_loop import BoundaryStep as BoundaryStep
 from .boundary_loop import adapt_boundary as adapt_boundary
+from .boundary_pieces import BoundaryOperators as BoundaryOperators
+from .boundary_stokes import BoundaryFlow as BoundaryFlow
 from .boundary_stokes import boundary_flow as boundary_flow
-from .interface_iterations import partitioned as partitioned
+from .interface_iterations import PartitionedSolution as PartitionedSolution
+from .interface_iterations import Transmission as Transmission
+from .interface_iterations import solve_partitioned as solve_partitioned
+from .substructure import MonolithicSolution as MonolithicSolution
+from .substructure import Parts as Parts
+from .substructure import connect_to_outlet as connect_to_outlet
 from .substructure import cut as cut
-from .substructure import monolithic as monolithic
+from .substructure import solve_monolithic as solve_monolithic

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model_adaptivity.adaptive_loop import Strategy
-from ..model_adaptivity.error_estimate import dual, grown
+from ..model_adaptivity.error_estimate import add_layers, dual
 from ..model_adaptivity.goals import Goal
-from ..model_adaptivity.marking import marked
+from ..model_adaptivity.marking import mark
 from ..navier_stokes.flow import MixedFlow
 from ..navier_stokes.spaces import FlowSpace
 from .boundary_stokes import BoundaryFlow
-from .substructure import bridged
+from .substructure import connect_to_outlet
 
 MakeGoal = Callable[[FlowSpace], Goal]
 MakeFlow = Callable[[np.ndarray], BoundaryFlow]
@@ -29,9 +29,10 @@ MakeFlow = Callable[[np.ndarray], BoundaryFlow]
 class BoundaryStep:
     """One step; figures relative to ``J(u0)``.
 
-    Attributes
+    Parameters
     ----------
     flagged : (n_elements,) bool array
+        Navier-Stokes elements.
     goal, estimate, bound, error : float
         ``error`` is ``(J(u1) - J(u0)) / J(u0)`` with the full finite-element model on the same
         mesh: it contains the difference of both discretisations.
@@ -60,7 +61,7 @@ def adapt_boundary(
     outlet: str,
     reference: float,
 ) -> Iterator[BoundaryStep]:
-    """Steps of the loop.
+    """Run the adaptive loop with boundary elements in the Stokes part.
 
     Parameters
     ----------
@@ -76,11 +77,16 @@ def adapt_boundary(
     strategy : Strategy
         The indicator is the element integral whatever it says.
     outlet : str
+        Boundary without traction.
     reference : float
         ``J(u1)``.
+
+    Yields
+    ------
+    BoundaryStep
     """
     mesh = whole.space.mesh
-    flagged = bridged(mesh, seed, outlet)
+    flagged = connect_to_outlet(mesh, seed, outlet)
     for _ in range(strategy.max_steps + 1):
         if flagged.all():
             return
@@ -104,8 +110,8 @@ def adapt_boundary(
         yield step
         if step.bound <= strategy.tolerance:
             return
-        new = marked(eta, flagged, strategy.marking, strategy.parameter)
-        flagged = bridged(mesh, flagged | new, outlet)
+        new = mark(eta, flagged, strategy.marking, strategy.parameter)
+        flagged = connect_to_outlet(mesh, flagged | new, outlet)
 
 
 def _adjoint(
@@ -123,7 +129,9 @@ def _adjoint(
     if strategy.adjoint == "full":
         return dual(whole, make_goal(whole.space), u, whole.everywhere)
     if strategy.adjoint == "enriched":
-        larger = bridged(whole.space.mesh, grown(whole.space, flagged, strategy.layers), outlet)
+        larger = connect_to_outlet(
+            whole.space.mesh, add_layers(whole.space, flagged, strategy.layers), outlet
+        )
         if larger.all():
             return dual(whole, make_goal(whole.space), u, whole.everywhere)
         flow = make_flow(larger)

@@ -8,84 +8,28 @@ with the finite elements at once by Newton. Operators come as matrices for unit 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import block_array, csc_array, csr_array
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..model_adaptivity.goals import Goal
 from ..navier_stokes.checked_factor import Factor
-from ..navier_stokes.flow import MixedFlow, Profile, mixed_flow, prescribed
+from ..navier_stokes.flow import MixedFlow, Profile, dirichlet_values, mixed_flow
 from ..navier_stokes.spaces import FlowSpace, taylor_hood
-from .boundary_traces import boundary_loops, edge_unknowns, trace, tractions
-from .substructure import check_partition, pieces_of, restricted, whole_tangent
-
-
-class BoundaryOperators(Protocol):
-    """Planar Stokes operators of a closed polygon, counterclockwise, for unit viscosity.
-
-    Tractions are ordered by segment, end, component ``(4 m,)``; velocities by node and component
-    ``(2 m,)``. ``single @ t = double @ u`` for Stokes flows inside, tested with tractions:
-    ``double`` is 1/2 + K.
-    """
-
-    @property
-    def single(self) -> np.ndarray: ...
-
-    @property
-    def double(self) -> np.ndarray: ...
-
-    def evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Matrices ``(2 n, 4 m)``, ``(2 n, 2 m)`` to velocities at points ``(n, 2)`` inside."""
-        ...
-
-
-MakeOperators = Callable[[np.ndarray], BoundaryOperators]
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A Stokes piece; u are the ``k`` velocity unknowns of the whole mesh on its boundary.
-
-    Attributes
-    ----------
-    operators : BoundaryOperators
-    unknowns : (k,) int array
-    velocity : (2 m, k) sparse array
-        To velocities of the polygon's nodes.
-    traction : (4 m, k) array
-        To tractions at unit viscosity, less the pressure level.
-    normal : (4 m,) array
-        Traction of a unit tension.
-    flux : (k,) array
-        Vanishes against every flow that keeps the volume.
-    load : (k, 4 m) sparse array
-        Tractions against the test functions.
-    interior : (i,) int array
-        Scalar velocity unknowns of the whole mesh strictly inside.
-    """
-
-    operators: BoundaryOperators
-    unknowns: np.ndarray
-    velocity: csr_array
-    traction: np.ndarray
-    normal: np.ndarray
-    flux: np.ndarray
-    load: csr_array
-    interior: np.ndarray
+from .boundary_pieces import MakeOperators, Piece, make_piece
+from .substructure import check_partition, label_pieces, submesh, whole_tangent
 
 
 @dataclass(frozen=True)
 class BoundaryFlow:
     """Navier-Stokes finite elements coupled to Stokes pieces.
 
-    Attributes
+    Parameters
     ----------
     inner : MixedFlow
         Navier-Stokes part with natural interface.
@@ -107,7 +51,22 @@ class BoundaryFlow:
     def solve(
         self, start: np.ndarray | None = None, *, tolerance: float = 1e-12, max_iterations: int = 25
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Inner field ``(n_inner,)`` and pressure levels of the pieces.
+        """Solve both parts at once by Newton's method.
+
+        Parameters
+        ----------
+        start : (n_inner,) array, optional
+            Initial guess; rest otherwise.
+        tolerance : float
+            Norm of the residual below which the iteration stops once it gains no more.
+        max_iterations : int
+
+        Returns
+        -------
+        (n_inner,) array
+            Inner field.
+        (n_pieces,) array
+            Pressure levels of the pieces.
 
         Raises
         ------
@@ -131,7 +90,7 @@ class BoundaryFlow:
         raise ArithmeticError(f"finite and boundary elements: Newton stalled, residual {size:.1e}")
 
     def adjoint(self, goal: Goal, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Adjoint of the mixed model, inner field and levels; needs no mesh in the pieces.
+        """Solve the adjoint of the mixed model, without a mesh in the pieces.
 
         Stokes flow is its own adjoint, hence the same boundary equations.
 
@@ -140,6 +99,14 @@ class BoundaryFlow:
         goal : Goal
             Of the inner field.
         x : (n_inner,) array
+            Where the model is linearised.
+
+        Returns
+        -------
+        (n_inner,) array
+            Inner field.
+        (n_pieces,) array
+            Pressure levels of the pieces.
         """
         inner, free = self.inner, self._free
         right = np.zeros(free.size + len(self.pieces))
@@ -150,7 +117,7 @@ class BoundaryFlow:
         return z, found[free.size :]
 
     def field(self, x: np.ndarray, levels: np.ndarray, *, prescribed: bool = True) -> np.ndarray:
-        """Velocities at all nodes of the whole mesh, in pieces by the representation formula.
+        """Evaluate velocities at all nodes, in pieces by the representation formula.
 
         Parameters
         ----------
@@ -158,6 +125,10 @@ class BoundaryFlow:
             Of `solve` or `adjoint`.
         prescribed : bool
             With the prescribed velocities; not for adjoints, which vanish there.
+
+        Returns
+        -------
+        (n,) array
         """
         whole = self.embed @ x + (self.values if prescribed else 0.0)
         n, re = self.space.n_velocity, self.inner.reynolds
@@ -226,12 +197,23 @@ def boundary_flow(
 
     Parameters
     ----------
-    mesh, flagged, dirichlet, reynolds, outlet
-        See `cut`.
+    mesh : skfem.Mesh
+        With named boundaries.
+    flagged : (n_elements,) bool array
+        Navier-Stokes elements.
+    dirichlet : mapping
+        See `mixed_flow`.
     operators : callable
-        Vertices ``(m, 2)`` of a closed polygon, counterclockwise, to its operators.
+        Vertices ``(m, 2)`` of a closed polygon, counterclockwise, to its `BoundaryOperators`.
+    reynolds : float
+    outlet : str
+        Boundary without traction.
     segments : int
         Boundary elements on an edge of the mesh.
+
+    Returns
+    -------
+    BoundaryFlow
 
     Raises
     ------
@@ -240,64 +222,18 @@ def boundary_flow(
     """
     check_partition(mesh, flagged, outlet)
     space = taylor_hood(mesh)
-    part = restricted(mesh, flagged)
+    part = submesh(mesh, flagged)
     named = {k: v for k, v in dirichlet.items() if k in part.boundaries}
     inner = mixed_flow(part, named, reynolds=reynolds, outlet=outlet, stress=True)
     embed = _embedding(inner.space, space)
     held = np.zeros(space.n, dtype=bool)
     held[embed.nonzero()[0]] = True
-    values = np.where(held, 0.0, prescribed(space, dirichlet)[1])
-    labels = pieces_of(mesh, ~flagged)
+    values = np.where(held, 0.0, dirichlet_values(space, dirichlet)[1])
+    labels = label_pieces(mesh, ~flagged)
     pieces = [
-        _piece(space, labels == k, operators, segments) for k in np.unique(labels[labels >= 0])
+        make_piece(space, labels == k, operators, segments) for k in np.unique(labels[labels >= 0])
     ]
     return BoundaryFlow(inner, space, embed, values, tuple(pieces))
-
-
-def _piece(space: FlowSpace, part: np.ndarray, operators: MakeOperators, segments: int) -> Piece:
-    loops = boundary_loops(space.mesh, part)
-    if len(loops) > 1:
-        raise ValueError(
-            f"a Stokes piece around {np.round(space.centres[part].mean(axis=0), 3).tolist()} "
-            "encloses Navier-Stokes elements, whose pressure boundary elements cannot see: "
-            "bridge them"
-        )
-    corner, following = (space.mesh.p[:, v].T for v in (loops[0], np.roll(loops[0], -1)))
-    s = np.arange(segments) / segments
-    polygon = (corner[:, None] + s[:, None] * (following - corner)[:, None]).reshape(-1, 2)
-    dofs = edge_unknowns(space, corner, following)
-    on_loop = np.unique(dofs)
-    unknowns = np.concatenate([on_loop, on_loop + space.n_velocity])
-    velocity = csr_array(trace(space, dofs, s)[:, unknowns])
-    length = np.linalg.norm(following - corner, axis=1)
-    made = operators(polygon)
-    tangent = (following - corner) / length[:, None]
-    normal = np.repeat(np.stack([tangent[:, 1], -tangent[:, 0]], axis=1), 2 * segments, axis=0)
-    traction, flux = _dirichlet_to_neumann(made, velocity, normal.ravel())
-    return Piece(
-        operators=made,
-        unknowns=unknowns,
-        velocity=velocity,
-        traction=traction,
-        normal=normal.ravel(),
-        flux=flux,
-        load=csr_array(tractions(space, dofs, length, segments)[unknowns]),
-        interior=np.setdiff1d(np.unique(space.velocity.element_dofs[:, part]), on_loop),
-    )
-
-
-def _dirichlet_to_neumann(
-    made: BoundaryOperators, velocity: csr_array, normal: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions without net tension, and the defect that only a net flux leaves."""
-    m = normal.size
-    bordered = np.zeros((m + 1, m + 1))
-    bordered[:m, :m] = made.single
-    bordered[:m, m] = bordered[m, :m] = normal
-    right = np.zeros((m + 1, velocity.shape[1]))
-    right[:m] = (velocity.T @ made.double.T).T
-    solution = lu_solve(lu_factor(bordered), right)
-    return solution[:m], solution[m]
 
 
 def _embedding(inner: FlowSpace, whole: FlowSpace) -> csr_array:

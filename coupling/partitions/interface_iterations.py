@@ -1,9 +1,9 @@
 """Partitioned iterations between a Navier-Stokes and a Stokes part [T 7.18].
 
 One pass: the Navier-Stokes part with velocities prescribed on G, then the Stokes part under its
-traction. `Scheme.THESIS` keeps the Navier-Stokes part's own stiffness on G in the second solve:
-with a nodal lift that is a block Gauss-Seidel iteration, not Dirichlet-Neumann. The fixed point
-of interface velocities is relaxed by the schemes of the coupling package.
+traction. `Transmission.THESIS` keeps the Navier-Stokes part's own stiffness on G in the second
+solve: with a nodal lift that is a block Gauss-Seidel iteration, not Dirichlet-Neumann. The fixed
+point of interface velocities is relaxed by `coupling.schemes`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,15 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
+from ..navier_stokes.flow import MixedFlow
 from ..navier_stokes.newton import solve
+from ..navier_stokes.pattern import pattern
 from ..schemes.fixed_point import iterate
-from ..schemes.relaxation import Relaxation
+from ..schemes.relaxation import M, Relaxation
 from .substructure import Parts, whole_tangent
 
 
-class Scheme(Enum):
+class Transmission(Enum):
     """How the traction enters the Stokes solve."""
 
     THESIS = "block Gauss-Seidel [T 7.18]"
@@ -30,15 +32,15 @@ class Scheme(Enum):
 
 
 @dataclass(frozen=True)
-class Coupled:
+class PartitionedSolution:
     """Result of a partitioned solve.
 
-    Attributes
+    Parameters
     ----------
     inner, outer : arrays
         Fields of both parts.
     iterations : int
-        Passes.
+        Passes over both parts.
     converged : bool
     """
 
@@ -48,11 +50,11 @@ class Coupled:
     converged: bool
 
 
-class Passes:
-    """The fixed-point map of interface velocities."""
+class InterfaceMap:
+    """The fixed-point map of interface velocities; holds the fields of its last evaluation."""
 
-    def __init__(self, parts: Parts, scheme: Scheme):
-        self.parts, self.scheme = parts, scheme
+    def __init__(self, parts: Parts, transmission: Transmission):
+        self.parts, self.transmission = parts, transmission
         inner, trace = parts.inner, parts.inner_trace
         fixed = inner.fixed.copy()
         fixed[trace] = True
@@ -80,7 +82,7 @@ class Passes:
         parts = self.parts
         matrix, x = self._stokes, parts.outer.values.copy()
         load = parts.outer.residual(x, parts.outer.nowhere)
-        if self.scheme is Scheme.THESIS:
+        if self.transmission is Transmission.THESIS:
             own, force = self._stiffness(velocity)
             matrix = matrix + self._embedded(own)
         else:
@@ -103,8 +105,8 @@ class Passes:
         u[trace] = 0.0
         old = u.copy()
         old[trace] = velocity
-        both = whole_tangent(inner, u) - whole_tangent(inner.frozen(u), u)
-        carried = whole_tangent(inner.frozen(old), old)
+        both = whole_tangent(inner, u) - whole_tangent(inner.with_wind(u), u)
+        carried = whole_tangent(inner.with_wind(old), old)
         matrix = (both + carried)[trace][:, trace]
         return matrix, inner.residual(u, inner.everywhere)[trace]
 
@@ -114,9 +116,8 @@ class Passes:
         return csr_array((coo.data, (trace[coo.row], trace[coo.col])), shape=(n, n))
 
 
-def _with_prescribed(flow, fixed: np.ndarray):
-    from ..navier_stokes.pattern import pattern
-
+def _with_prescribed(flow: MixedFlow, fixed: np.ndarray) -> MixedFlow:
+    """The problem with other prescribed unknowns."""
     places = pattern(flow.space, fixed)
     return replace(
         flow,
@@ -127,36 +128,42 @@ def _with_prescribed(flow, fixed: np.ndarray):
     )
 
 
-def partitioned(
+def solve_partitioned(
     parts: Parts,
-    relaxation: Relaxation,
+    relaxation: Relaxation[M],
     *,
-    scheme: Scheme = Scheme.THESIS,
+    transmission: Transmission = Transmission.THESIS,
     tolerance: float = 1e-11,
     max_iterations: int = 60,
     watch: Callable[[np.ndarray], None] | None = None,
-) -> Coupled:
-    """Iterate between both parts from rest.
+) -> PartitionedSolution:
+    """Solve both parts in turns, from rest [T 7.18].
 
     Parameters
     ----------
     parts : Parts
-    relaxation : coupling.schemes.relaxation.Relaxation
-    scheme : Scheme
+    relaxation : Relaxation
+        `coupling.GaussSeidel`, `coupling.Aitken` or `coupling.QuasiNewton`.
+    transmission : Transmission
     tolerance : float
         Change of interface velocities relative to their size after the first pass.
+    max_iterations : int
     watch : callable, optional
         Called with the interface velocities of each pass.
+
+    Returns
+    -------
+    PartitionedSolution
     """
-    passes = Passes(parts, scheme)
-    start = passes(np.zeros(parts.inner_trace.size))
+    interface = InterfaceMap(parts, transmission)
+    start = interface(np.zeros(parts.inner_trace.size))
     if not np.all(np.isfinite(start)):
-        return Coupled(passes.inner, passes.outer, 1, False)
+        return PartitionedSolution(interface.inner, interface.outer, 1, False)
 
     def function(x: np.ndarray) -> np.ndarray:
         if watch is not None:
             watch(x)
-        return passes(x)
+        return interface(x)
 
     _, count, done = iterate(
         function,
@@ -165,4 +172,4 @@ def partitioned(
         tolerance=tolerance * float(np.linalg.norm(start)),
         max_iterations=max_iterations,
     )
-    return Coupled(passes.inner, passes.outer, count + 1, done)
+    return PartitionedSolution(interface.inner, interface.outer, count + 1, done)

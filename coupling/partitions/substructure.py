@@ -2,7 +2,7 @@
 
 Each part is a flow problem of its own whose interface G is left natural: residuals of both parts
 on G are the tractions that must cancel [T 7.3b]. Pressures are double-valued on G, as in
-[T lemma 44]: a continuous pressure would not split. `monolithic` solves both parts at once.
+[T lemma 44]: a continuous pressure would not split. `solve_monolithic` solves both parts at once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INTERFACE = "interface"
 class Parts:
     """Both parts and how their interface unknowns correspond.
 
-    Attributes
+    Parameters
     ----------
     inner : MixedFlow
         Navier-Stokes part.
@@ -60,9 +60,18 @@ def cut(
         With named boundaries.
     flagged : (n_elements,) bool array
         Navier-Stokes elements.
-    dirichlet, reynolds, outlet, stress
-        See `mixed_flow`; the full stress is the better transmission condition: its iterations
-        contract faster, and both sides' tractions are physical.
+    dirichlet : mapping
+        See `mixed_flow`.
+    reynolds : float
+    outlet : str
+        Boundary without traction.
+    stress : bool
+        Full stress, the better transmission condition: its iterations contract faster, and both
+        sides' tractions are physical.
+
+    Returns
+    -------
+    Parts
 
     Raises
     ------
@@ -70,18 +79,20 @@ def cut(
         One part is empty, G touches the outlet, or a Navier-Stokes piece has no outlet.
     """
     check_partition(mesh, flagged, outlet)
-    problems = []
-    for part in (flagged, ~flagged):
-        piece = restricted(mesh, part)
+
+    def problem(part: np.ndarray) -> MixedFlow:
+        piece = submesh(mesh, part)
         named = {k: v for k, v in dirichlet.items() if k in piece.boundaries}
         out = outlet if outlet in piece.boundaries else None
-        problems.append(mixed_flow(piece, named, reynolds=reynolds, outlet=out, stress=stress))
-    traces = matching(*(interface_unknowns(p) for p in problems), *(p.space for p in problems))
-    return Parts(*problems, *traces)
+        return mixed_flow(piece, named, reynolds=reynolds, outlet=out, stress=stress)
+
+    inner, outer = problem(flagged), problem(~flagged)
+    unknowns = interface_unknowns(inner), interface_unknowns(outer)
+    return Parts(inner, outer, *match_unknowns(*unknowns, inner.space, outer.space))
 
 
 def check_partition(mesh: Mesh, flagged: np.ndarray, outlet: str) -> None:
-    """See `cut`."""
+    """Refuse partitions that partitioned solvers cannot solve, see `cut`."""
     if flagged.all() or not flagged.any():
         raise ValueError("a partition has Navier-Stokes and Stokes elements; one part is empty")
     stokes_corners = np.unique(mesh.t[:, ~flagged])
@@ -90,7 +101,7 @@ def check_partition(mesh: Mesh, flagged: np.ndarray, outlet: str) -> None:
             f"the interface touches the outflow {outlet!r}: partitioned solvers need all elements "
             "there in the Navier-Stokes part; flag them"
         )
-    labels = pieces_of(mesh, flagged)
+    labels = label_pieces(mesh, flagged)
     owners = mesh.f2t[0, mesh.boundaries[outlet]]
     if stranded := sorted(set(labels[flagged]) - set(labels[owners])):
         raise ValueError(
@@ -99,7 +110,7 @@ def check_partition(mesh: Mesh, flagged: np.ndarray, outlet: str) -> None:
         )
 
 
-def pieces_of(mesh: Mesh, part: np.ndarray) -> np.ndarray:
+def label_pieces(mesh: Mesh, part: np.ndarray) -> np.ndarray:
     """Number of the piece, connected through edges, of each element of a part; -1 for others."""
     left, right = mesh.f2t
     both = (right >= 0) & part[left] & part[right]
@@ -107,10 +118,22 @@ def pieces_of(mesh: Mesh, part: np.ndarray) -> np.ndarray:
     return np.where(part, connected_components(graph, directed=False)[1], -1)
 
 
-def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
-    """Flags with every piece joined to the outflow by the shortest chain of elements.
+def connect_to_outlet(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
+    """Join every Navier-Stokes piece to the outflow by the shortest chain of elements.
 
     Boundary elements do not see the pressure level of a piece enclosed by Stokes flow.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh
+        With named boundaries.
+    flagged : (n_elements,) bool array
+        Navier-Stokes elements.
+    outlet : str
+
+    Returns
+    -------
+    (n_elements,) bool array
     """
     flagged = flagged.copy()
     owners = mesh.f2t[0, mesh.boundaries[outlet]]
@@ -120,7 +143,7 @@ def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
     n = flagged.size
     graph = csr_array((np.ones(inside.sum()), (left[inside], right[inside])), shape=(n, n))
     while True:
-        labels = pieces_of(mesh, flagged)
+        labels = label_pieces(mesh, flagged)
         main = flagged & (labels == labels[owners[0]])
         if (main == flagged).all():
             return flagged
@@ -135,11 +158,11 @@ def bridged(mesh: Mesh, flagged: np.ndarray, outlet: str) -> np.ndarray:
             element = previous[element]
 
 
-def restricted(mesh: Mesh, part: np.ndarray) -> Mesh:
+def submesh(mesh: Mesh, part: np.ndarray) -> Mesh:
     """Submesh with its share of the named boundaries and, as one more, the interface."""
     piece = mesh.restrict(np.flatnonzero(part))
     named = {k: v for k, v in (piece.boundaries or {}).items() if len(v)}
-    old = np.concatenate([np.asarray(v) for v in named.values()]) if named else []
+    old = np.concatenate([np.zeros(0, dtype=int), *named.values()])
     named[INTERFACE] = np.setdiff1d(piece.boundary_facets(), old)
     return type(piece)(piece.p, piece.t).with_boundaries(named)
 
@@ -151,7 +174,7 @@ def interface_unknowns(flow: MixedFlow) -> np.ndarray:
     return both[~flow.fixed[both]]
 
 
-def matching(
+def match_unknowns(
     a: np.ndarray, b: np.ndarray, first: FlowSpace, second: FlowSpace
 ) -> tuple[np.ndarray, np.ndarray]:
     """Unknowns of two spaces at the same places, in one order."""
@@ -163,12 +186,21 @@ def matching(
         if part_a.size != part_b.size or distance.max(initial=0.0) > 1e-9:
             raise ValueError("the parts' velocity unknowns on the interface do not match")
         halves.append((part_a, part_b[index]))
-    return tuple(np.concatenate([h[i] for h in halves]) for i in range(2))
+    return np.concatenate([h[0] for h in halves]), np.concatenate([h[1] for h in halves])
 
 
 @dataclass(frozen=True)
-class Split:
-    """Fields of both parts and the residual of the solve."""
+class MonolithicSolution:
+    """Fields of both parts, solved at once.
+
+    Parameters
+    ----------
+    inner, outer : arrays
+        Fields of both parts.
+    residual : float
+        Norm over the free unknowns.
+    iterations : int
+    """
 
     inner: np.ndarray
     outer: np.ndarray
@@ -176,8 +208,21 @@ class Split:
     iterations: int
 
 
-def monolithic(parts: Parts, *, tolerance: float = 1e-13, max_iterations: int = 25) -> Split:
-    """Newton's method for both parts at once, started from rest.
+def solve_monolithic(
+    parts: Parts, *, tolerance: float = 1e-13, max_iterations: int = 25
+) -> MonolithicSolution:
+    """Solve both parts at once by Newton's method, started from rest.
+
+    Parameters
+    ----------
+    parts : Parts
+    tolerance : float
+        Norm of the residual below which the iteration stops once it gains no more.
+    max_iterations : int
+
+    Returns
+    -------
+    MonolithicSolution
 
     Raises
     ------
@@ -205,7 +250,7 @@ def monolithic(parts: Parts, *, tolerance: float = 1e-13, max_iterations: int = 
         r = gather.T @ r
         before, size = size, float(np.linalg.norm(r))
         if size <= tolerance and size > 0.25 * before:
-            return Split(a, b, size, k)
+            return MonolithicSolution(a, b, size, k)
         tangent = _block(whole_tangent(inner, a), whole_tangent(outer))
         step = splu(csc_array(gather.T @ tangent @ gather)).solve(r)
         x = x + gather @ step

@@ -17,14 +17,29 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 def contraction_forecast(
     mass_ratio: float, dt: float, *, element_size: float, gap: float, extent: float
 ) -> float:
-    """A-priori rho from the mass ratio, the step and the declared narrowest region."""
+    """Estimate rho a priori from the narrowest region of a geometry.
+
+    Parameters
+    ----------
+    mass_ratio : float
+        m.
+    dt : float
+    element_size : float
+        h of the free-surface symbol 2 pi / h.
+    gap, extent : float
+        Height H and length l of the narrowest region.
+
+    Returns
+    -------
+    float
+    """
     surface = 2.0 * np.pi / element_size
     lubrication = 9.73 * extent**2 / gap**3
     return mass_ratio * dt * max(surface, lubrication)
 
 
 def film_symbol(s: np.ndarray, thickness: np.ndarray) -> float:
-    """S of a plane film of given thickness between two sheets, closed at both ends.
+    """Compute S of a plane film between two sheets, closed at both ends.
 
     Twice the largest eigenvalue of the inverse of ``-(H^3/12 p')' = v`` with the mean of p
     removed (Reynolds): pressure on both sheets for a closing speed of twice their own. A constant
@@ -34,6 +49,10 @@ def film_symbol(s: np.ndarray, thickness: np.ndarray) -> float:
     ----------
     s, thickness : (n,) array
         Ascending arc lengths along the film and its thickness there.
+
+    Returns
+    -------
+    float
     """
     h = np.diff(s)
     conductivity = 2.0 / (thickness[1:] ** -3 + thickness[:-1] ** -3) / 12.0 / h
@@ -44,14 +63,16 @@ def film_symbol(s: np.ndarray, thickness: np.ndarray) -> float:
     return float(2.0 / eigh(stiffness, mass, eigvals_only=True)[1])
 
 
-def contraction_measured(
+def measure_contraction(
     response: LinearOperator,
     inverse_tangent: LinearOperator,
     dt: float,
     *,
     tolerance: float = 1e-4,
 ) -> float:
-    """Spectral radius of ``(M/dt^2 + W'' - p Q'')^-1 R / dt`` with the volume mode removed.
+    """Measure rho: the spectral radius of ``(M/dt^2 + W'' - p Q'')^-1 R / dt``.
+
+    The inverse tangent keeps the volume, which removes that mode.
 
     Parameters
     ----------
@@ -59,8 +80,14 @@ def contraction_measured(
         Velocity to load of the assembled fluid.
     inverse_tangent : LinearOperator
         Structure's inverse tangent including its volume row (`Structure.linearised`).
+    dt : float
     tolerance : float
         Relative error allowed.
+
+    Returns
+    -------
+    float
+        Infinity where the iteration finds no eigenvalue.
     """
     return worst_mode(response, inverse_tangent, dt, tolerance=tolerance)[0]
 
@@ -72,7 +99,7 @@ def worst_mode(
     *,
     tolerance: float = 1e-4,
 ) -> tuple[float, np.ndarray]:
-    """`contraction_measured` and its mode, of unit length (real: the operator is nearly so)."""
+    """`measure_contraction` and its mode, of unit length (real: the operator is nearly so)."""
     n = response.shape[0]
     operator = LinearOperator(
         (n, n), matvec=lambda x: inverse_tangent @ (response @ x) / dt, dtype=float

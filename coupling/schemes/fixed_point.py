@@ -10,26 +10,46 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..protocols import Result
-from . import relaxation as relax
-from .scheme import Attempt, Memory, StepProblem
+from ..exchange import Result
+from .relaxation import M, Relaxation
+from .scheme import Memory, Scheme, StepProblem, StepResult
 
 
 def iterate(
     function: Callable[[np.ndarray], np.ndarray],
     x: np.ndarray,
-    relaxation: relax.Relaxation,
+    relaxation: Relaxation[M],
     *,
     tolerance: float,
     max_iterations: int,
-    memory: relax.Memory | None = None,
+    memory: M | None = None,
 ) -> tuple[np.ndarray, int, bool]:
-    """Solve ``x = function(x)``; returns the iterate, evaluations used and success.
+    """Solve ``x = function(x)``: the bare iteration, without structure and fluid.
 
-    The bare iteration that `Partitioned` wraps with a structure and a fluid.
+    Parameters
+    ----------
+    function : callable
+    x : array
+        First iterate.
+    relaxation : Relaxation
+    tolerance : float
+        Norm of ``function(x) - x`` at which the iteration stops.
+    max_iterations : int
+    memory : optional
+        The relaxation's memory to start with; default its `init`.
+
+    Returns
+    -------
+    array
+        Last iterate.
+    int
+        Evaluations of the function.
+    bool
+        Whether the tolerance was met.
     """
     memory = relaxation.init() if memory is None else memory
     for k in range(1, max_iterations + 1):
@@ -53,10 +73,16 @@ def _extrapolated(memory: Memory, dt: float) -> np.ndarray | None:
 
 
 @dataclass(frozen=True)
-class Partitioned:
-    """Gauss-Seidel, constant, Aitken or quasi-Newton subiterations, by the relaxation given."""
+class Partitioned(Scheme):
+    """Subiterations between structure and fluid, relaxed or accelerated.
 
-    relaxation: relax.Relaxation
+    Parameters
+    ----------
+    relaxation : Relaxation
+        `GaussSeidel`, `Constant`, `Aitken` or `QuasiNewton`.
+    """
+
+    relaxation: Relaxation[Any]  # its memory passes through unseen, packed as arrays
 
     def init(self) -> Memory:
         return self.relaxation.pack(self.relaxation.init())
@@ -65,7 +91,7 @@ class Partitioned:
         loads = {k: v for k, v in memory.items() if k in ("load", "load_before", "dt")}
         return {**loads, **self.init()}
 
-    def attempt(self, problem: StepProblem, memory: Memory) -> Attempt:
+    def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
         state, dt = problem.state, problem.dt
         load = _extrapolated(memory, dt)
         step = problem.structure.step(state, load, dt, problem.volume)
@@ -73,24 +99,24 @@ class Partitioned:
         carried = self.relaxation.next_step(self.relaxation.unpack(memory))
         x = step.state.coefficients
         for k in range(1, problem.max_iterations + 1):
-            cause = problem.inspect(x) if step.ok else Result.NEWTON
-            if cause is not None:
-                return Attempt(cause, None, iterations=k, assemblies=k - 1)
-            operator = problem.fluid.assemble(x)
+            failure = problem.inspect(x) if step.ok else Result.NEWTON
+            if failure is not None:
+                return StepResult(failure, None, iterations=k, assemblies=k - 1)
+            operator = problem.assemble(x)
             traction = operator.traction((x - state.coefficients) / dt)
             krylov += traction.iterations
             load = operator.load(traction)
             step = problem.structure.step(state, load, dt, problem.volume, guess=x)
             newton += step.newton_iterations
             if not step.ok:
-                return Attempt(Result.NEWTON, None, iterations=k, assemblies=k)
+                return StepResult(Result.NEWTON, None, iterations=k, assemblies=k)
             new = step.state.coefficients
             done, size = problem.converged(new - x, new)
             x, carried = self.relaxation.step(carried, x, new - x)
             problem.report(k, size, carried.factor, done)
             if done:
-                kept = {**self.relaxation.pack(carried), "load": load, "dt": np.array(dt)}
+                new_memory = {**self.relaxation.pack(carried), "load": load, "dt": np.array(dt)}
                 if "load" in memory:
-                    kept["load_before"] = memory["load"]
-                return Attempt(None, step, load, traction, kept, k, k, newton, krylov)
-        return Attempt(Result.COUPLING, None, iterations=k, assemblies=k)
+                    new_memory["load_before"] = memory["load"]
+                return StepResult(None, step, load, traction, new_memory, k, k, newton, krylov)
+        return StepResult(Result.COUPLING, None, iterations=k, assemblies=k)

@@ -11,14 +11,15 @@ fluid solve an iteration.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
-from ..protocols import Result
+from ..exchange import Result
 from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
-from .scheme import Attempt, Memory, StepProblem
+from .scheme import Memory, Scheme, StepProblem, StepResult
 
 DENSE_LIMIT = 4000  # vector dofs up to which the dense response is cheaper than its Krylov solves
 
@@ -30,6 +31,7 @@ class DenseDamping:
         self._response = response
 
     def dense(self) -> np.ndarray:
+        """The array."""
         return -self._response.dense()
 
     def __matmul__(self, velocity: np.ndarray) -> np.ndarray:
@@ -49,7 +51,7 @@ class MatrixFreeDamping(LinearOperator):
 
 
 @dataclass(frozen=True)
-class Implicit:
+class Implicit(Scheme):
     """Geometry iterated around a coupled linear solve.
 
     Parameters
@@ -67,7 +69,7 @@ class Implicit:
 
     dense_limit: int = DENSE_LIMIT
     passes: int = 0
-    geometry: Relaxation = field(default_factory=lambda: QuasiNewton(1.0, reuse=4))
+    geometry: Relaxation[Any] = field(default_factory=lambda: QuasiNewton(1.0, reuse=4))
 
     def init(self) -> Memory:
         return self.geometry.pack(self.geometry.init())
@@ -79,15 +81,15 @@ class Implicit:
         small = response.shape[0] <= self.dense_limit and hasattr(response, "dense")
         return DenseDamping(response) if small else MatrixFreeDamping(response)
 
-    def attempt(self, problem: StepProblem, memory: Memory) -> Attempt:
+    def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
         geometry, guess, newton, solves = problem.first_geometry(), None, 0, 0
         structure, limit = problem.structure, self.passes or problem.max_iterations
         carried = self.geometry.next_step(self.geometry.unpack(memory))
         for i in range(1, limit + 1):
-            cause = problem.inspect(geometry)
-            if cause is not None:
-                return Attempt(cause, None, iterations=i, assemblies=i - 1)
-            operator = problem.fluid.assemble(geometry)
+            failure = problem.inspect(geometry)
+            if failure is not None:
+                return StepResult(failure, None, iterations=i, assemblies=i - 1)
+            operator = problem.assemble(geometry)
             damping = self._damping(operator.response())
             step = structure.step(
                 problem.state,
@@ -100,7 +102,7 @@ class Implicit:
             newton += step.newton_iterations
             solves += getattr(damping, "solves", 0)
             if not step.ok:
-                return Attempt(Result.NEWTON, None, iterations=i, assemblies=i)
+                return StepResult(Result.NEWTON, None, iterations=i, assemblies=i)
             new = step.state.coefficients
             done, size = problem.converged(new - geometry, new)
             done = done or i == self.passes
@@ -109,7 +111,7 @@ class Implicit:
             guess = new
             if done:
                 traction = operator.traction(step.state.velocity)
-                return Attempt(
+                return StepResult(
                     None,
                     step,
                     operator.load(traction),
@@ -121,11 +123,11 @@ class Implicit:
                     krylov_iterations=traction.iterations,
                     frozen_solves=solves,
                 )
-        return Attempt(Result.COUPLING, None, iterations=i, assemblies=i)
+        return StepResult(Result.COUPLING, None, iterations=i, assemblies=i)
 
 
 @dataclass(frozen=True)
-class StructureOnly:
+class StructureOnly(Scheme):
     """No fluid: one structure solve a step, the enclosed volume as only load."""
 
     def init(self) -> Memory:
@@ -134,10 +136,10 @@ class StructureOnly:
     def reset(self, memory: Memory) -> Memory:
         return memory
 
-    def attempt(self, problem: StepProblem, memory: Memory) -> Attempt:
+    def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
         step = problem.structure.step(problem.state, None, problem.dt, problem.volume)
         problem.report(1, 0.0, 1.0, step.ok)
         if not step.ok:
-            return Attempt(Result.NEWTON, None, iterations=1)
+            return StepResult(Result.NEWTON, None, iterations=1)
         newton = step.newton_iterations
-        return Attempt(None, step, memory=memory, iterations=1, newton_iterations=newton)
+        return StepResult(None, step, memory=memory, iterations=1, newton_iterations=newton)

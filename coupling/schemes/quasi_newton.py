@@ -3,7 +3,7 @@
 From residuals r and outputs y = G(x), columns dR = r_k - r_{k-1} and dY = y_k - y_{k-1} give
 ``x_{k+1} = y_k + dY c``, c minimising ``|r_k + dR c|`` (Degroote et al. 2009). Columns of past
 steps are reused. Filter: Gram-Schmidt from the newest to the oldest, a column whose orthogonal
-part is below ``filter`` of its length is dropped; the newest is always kept.
+part is below ``filter`` of its length is dropped; the newest always stays.
 """
 
 from __future__ import annotations
@@ -13,47 +13,72 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .relaxation import Relaxation
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Columns dR and dY, newest first.
+
+    Attributes
+    ----------
+    residuals, outputs : (n, k) arrays
+    ages : (k,) int array
+        Time steps since each column was made; 0 in the present one.
+    """
+
+    residuals: np.ndarray
+    outputs: np.ndarray
+    ages: np.ndarray
+
+    def select(self, index: np.ndarray | slice) -> Differences:
+        """Some of the columns."""
+        return Differences(self.residuals[:, index], self.outputs[:, index], self.ages[index])
+
 
 @dataclass(frozen=True)
 class QuasiNewtonMemory:
-    """Differences, newest first, the step each belongs to (0 the present one), last iterate.
+    """What IQN-ILS remembers.
 
-    ``residuals`` and ``outputs`` are ``(n, k)``; ``factor`` is what the log shows: 1 once
-    columns are in use, else the starting relaxation.
+    Attributes
+    ----------
+    factor : float
+        What the log shows: 1 once columns are in use, else the starting relaxation.
+    differences : Differences, optional
+    last : tuple of two (n,) arrays, optional
+        Residual and output of the last iteration of this time step.
     """
 
     factor: float
-    residuals: np.ndarray | None = None
-    outputs: np.ndarray | None = None
-    ages: np.ndarray | None = None
-    residual: np.ndarray | None = None
-    output: np.ndarray | None = None
+    differences: Differences | None = None
+    last: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def columns(self) -> int:
-        return 0 if self.residuals is None else self.residuals.shape[1]
+        """Number of columns."""
+        return 0 if self.differences is None else self.differences.ages.size
 
 
 @dataclass(frozen=True)
-class QuasiNewton:
-    """IQN-ILS as a `relaxation.Relaxation`.
+class QuasiNewton(Relaxation[QuasiNewtonMemory]):
+    """IQN-ILS: a relaxation by differences of the last iterations and time steps.
 
     Parameters
     ----------
     initial : float
         Relaxation while there are no columns.
     reuse : int
-        Past steps whose columns are kept.
+        Past time steps whose columns are reused.
     filter : float
         Smallest relative orthogonal part of a column.
-    most : int
+    max_columns : int
         Largest number of columns.
     """
 
     initial: float = 0.5
     reuse: int = 8
     filter: float = 1e-2
-    most: int = 60
+    max_columns: int = 60
 
     def init(self) -> QuasiNewtonMemory:
         return QuasiNewtonMemory(self.initial)
@@ -61,62 +86,52 @@ class QuasiNewton:
     def step(
         self, memory: QuasiNewtonMemory, x: np.ndarray, residual: np.ndarray
     ) -> tuple[np.ndarray, QuasiNewtonMemory]:
-        """Next iterate after ``x`` with ``residual = G(x) - x``, and memory."""
         r, y = residual.ravel(), (x + residual).ravel()
-        memory = replace(self._extended(memory, r, y), residual=r, output=y)
-        if memory.columns == 0:
-            return x + self.initial * residual, memory
-        kept, q, upper = filtered(memory.residuals, self.filter)
-        memory = replace(
-            memory,
-            factor=1.0,
-            residuals=memory.residuals[:, kept],
-            outputs=memory.outputs[:, kept],
-            ages=memory.ages[kept],
-        )
+        found = self._extend(memory, r, y)
+        if found is None:
+            return x + self.initial * residual, replace(memory, differences=None, last=(r, y))
+        selected, q, upper = filter_columns(found.residuals, self.filter)
+        found = found.select(selected)
         weights = np.linalg.solve(upper, -(q.T @ r))
-        return (y + memory.outputs @ weights).reshape(x.shape), memory
+        new = (y + found.outputs @ weights).reshape(x.shape)
+        return new, QuasiNewtonMemory(1.0, found, (r, y))
 
-    def _extended(self, m: QuasiNewtonMemory, r: np.ndarray, y: np.ndarray) -> QuasiNewtonMemory:
-        """Memory with the newest difference in front, unless it vanishes."""
-        if m.residual is None or not np.any(r - m.residual):
-            return m
-        dr, dy, age = (r - m.residual)[:, None], (y - m.output)[:, None], np.zeros(1, dtype=int)
-        if m.columns:
-            dr = np.hstack([dr, m.residuals])[:, : self.most]
-            dy = np.hstack([dy, m.outputs])[:, : self.most]
-            age = np.append(age, m.ages)[: self.most]
-        return replace(m, residuals=dr, outputs=dy, ages=age)
+    def _extend(self, m: QuasiNewtonMemory, r: np.ndarray, y: np.ndarray) -> Differences | None:
+        """Differences with the newest in front, unless it vanishes."""
+        old = m.differences
+        if m.last is None or not np.any(r - m.last[0]):
+            return old
+        dr, dy = (r - m.last[0])[:, None], (y - m.last[1])[:, None]
+        new = Differences(dr, dy, np.zeros(1, dtype=int))
+        if old is None:
+            return new
+        joined = Differences(
+            np.hstack([dr, old.residuals]),
+            np.hstack([dy, old.outputs]),
+            np.append(new.ages, old.ages),
+        )
+        return joined.select(slice(self.max_columns))
 
     def next_step(self, memory: QuasiNewtonMemory) -> QuasiNewtonMemory:
-        """Memory for a new step: columns age, differences across steps are not formed."""
-        fresh = QuasiNewtonMemory(self.initial)
-        if not memory.columns:
-            return fresh
-        keep = memory.ages < self.reuse
-        if not keep.any():
-            return fresh
-        return replace(
-            fresh,
-            residuals=memory.residuals[:, keep],
-            outputs=memory.outputs[:, keep],
-            ages=memory.ages[keep] + 1,
-        )
+        old = memory.differences
+        if old is None or not (old.ages < self.reuse).any():
+            return QuasiNewtonMemory(self.initial)
+        # columns age; differences across time steps are not formed
+        young = old.select(old.ages < self.reuse)
+        return QuasiNewtonMemory(self.initial, replace(young, ages=young.ages + 1))
 
     def pack(self, memory: QuasiNewtonMemory) -> dict[str, np.ndarray]:
-        """Arrays for a checkpoint."""
-        if not memory.columns:
-            return {}
-        return {"residuals": memory.residuals, "outputs": memory.outputs, "ages": memory.ages}
+        return {} if memory.differences is None else dict(vars(memory.differences))
 
     def unpack(self, arrays: Mapping[str, np.ndarray]) -> QuasiNewtonMemory:
-        """Memory from what `pack` wrote."""
-        return replace(self.init(), **{k: arrays[k] for k in ("residuals", "outputs", "ages")
-                                       if k in arrays})  # fmt: skip
+        if "residuals" not in arrays:
+            return self.init()
+        columns = Differences(arrays["residuals"], arrays["outputs"], arrays["ages"])
+        return QuasiNewtonMemory(self.initial, columns)
 
 
-def filtered(columns: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Indices kept, Q and R of the kept columns; the first column is never dropped.
+def filter_columns(columns: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Indices of independent columns, their Q and R; the first column is never dropped.
 
     Parameters
     ----------
@@ -125,11 +140,11 @@ def filtered(columns: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray,
     limit : float
         Smallest orthogonal part relative to a column's length.
     """
-    kept: list[int] = []
+    chosen: list[int] = []
     q = np.empty((columns.shape[0], min(columns.shape)))
     upper = np.zeros((q.shape[1], q.shape[1]))
     for j in range(columns.shape[1]):
-        k = len(kept)
+        k = len(chosen)
         if k == q.shape[1]:
             break
         v, c = columns[:, j].copy(), np.zeros(k)
@@ -138,9 +153,9 @@ def filtered(columns: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray,
             v -= q[:, :k] @ d
             c += d
         size = np.linalg.norm(v)
-        if kept and size < limit * np.linalg.norm(columns[:, j]):
+        if chosen and size < limit * np.linalg.norm(columns[:, j]):
             continue
         q[:, k], upper[:k, k], upper[k, k] = v / size, c, size
-        kept.append(j)
-    k = len(kept)
-    return np.array(kept), q[:, :k], upper[:k, :k]
+        chosen.append(j)
+    k = len(chosen)
+    return np.array(chosen), q[:, :k], upper[:k, :k]

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..protocols import State
+from ..exchange import State
 
 Past = Mapping[str, np.ndarray]
 
@@ -22,21 +22,66 @@ Past = Mapping[str, np.ndarray]
 class Integrator(Protocol):
     """What the time loop asks of an integrator; ``past`` goes into checkpoints."""
 
-    order: int
+    @property
+    def order(self) -> int:
+        """Order of convergence."""
 
     def base(self, state: State, past: Past, dt: float) -> tuple[State, float]:
-        """State and length of the Euler step that makes this step."""
+        """Give the state and the length of the Euler step that makes this step.
+
+        Parameters
+        ----------
+        state : State
+            Accepted state.
+        past : mapping of arrays
+            What `past` returned for the step before; empty in a first step.
+        dt : float
+
+        Returns
+        -------
+        State
+        float
+        """
 
     def past(self, state: State, dt: float) -> Past:
-        """What the step after one of length ``dt`` from ``state`` needs."""
+        """Give what the next step needs to know of this one.
+
+        Parameters
+        ----------
+        state : State
+            State at the start of a step.
+        dt : float
+            Its length.
+
+        Returns
+        -------
+        mapping of arrays
+        """
 
     def error(self, before: State, after: State, past: Past, dt: float) -> np.ndarray:
-        """Estimated local error of the new coefficients, ``(n_full, 3)``."""
+        """Estimate the local error of the new coefficients.
+
+        Parameters
+        ----------
+        before, after : State
+        past : mapping of arrays
+        dt : float
+
+        Returns
+        -------
+        (n_full, 3) array
+        """
 
 
 @dataclass(frozen=True)
-class BackwardEuler:
-    """First order [T 6.11]."""
+class BackwardEuler(Integrator):
+    """First order [T 6.11].
+
+    Parameters
+    ----------
+    order : int
+        1; for the step control.
+    """
 
     order: int = 1
 
@@ -47,13 +92,19 @@ class BackwardEuler:
         return {}
 
     def error(self, before: State, after: State, past: Past, dt: float) -> np.ndarray:
-        """Half the distance to the explicit predictor: ``dt^2 a / 2``."""
+        # half the distance to the explicit predictor: dt^2 a / 2
         return 0.5 * (after.coefficients - before.coefficients - dt * before.velocity)
 
 
 @dataclass(frozen=True)
-class BDF2:
-    """Second order; its first step is backward Euler's."""
+class BDF2(Integrator):
+    """Second order; its first step is backward Euler's.
+
+    Parameters
+    ----------
+    order : int
+        2; for the step control.
+    """
 
     order: int = 2
 
@@ -79,7 +130,7 @@ class BDF2:
         }
 
     def error(self, before: State, after: State, past: Past, dt: float) -> np.ndarray:
-        """8/23 of the distance to the quadratic predictor (2/9 and 5/12 dt^3 x''' apart)."""
+        # the quadratic predictor is 5/12 dt^3 x''' off, the step 2/9 on the other side
         if not past:
             return BackwardEuler().error(before, after, past, dt)
         change = (before.velocity - past["velocity"]) / float(past["dt"])

@@ -1,8 +1,8 @@
-"""A fluid that keeps its operator while the geometry moves too little to matter.
+"""A fluid whose operator is reused while the geometry moves too little to matter.
 
 In a film of thickness H the traction goes with H^-3: both sheets moved by d change it by the
-fraction ``6 d / H``. Within that share of the traction error which the fluid allows anyway, a new
-assembly tells nothing new.
+fraction ``6 d / H``. The operator is reused while the traction would change by less than a given
+share of its tolerance.
 """
 
 from __future__ import annotations
@@ -16,48 +16,59 @@ from ..protocols import Fluid, FluidOperator
 
 
 def reach(tolerance: float, gap: float, share: float) -> float:
-    """Displacement that changes the traction by ``share`` of its tolerance in a gap."""
+    """Displacement that changes the traction by ``share`` of its tolerance in a gap.
+
+    Parameters
+    ----------
+    tolerance : float
+        Relative error of the traction.
+    gap : float
+        Narrowest thickness H of a film.
+    share : float
+    """
     return share * tolerance * gap / 6.0
 
 
 @dataclass
-class KeptOperators:
-    """`Fluid` around another one.
+class OperatorReuse:
+    """A `Fluid` around another one that assembles only where the geometry has moved.
 
     Parameters
     ----------
     fluid : Fluid
     reach : float
         Largest displacement of a coefficient, which bounds that of the surface.
-
-    Attributes
-    ----------
     saved : int
-        Assemblies that were not needed.
+        Count of assemblies that were not needed.
     """
 
     fluid: Fluid
     reach: float
     saved: int = 0
-    _geometry: np.ndarray | None = field(default=None, repr=False)
-    _operator: FluidOperator | None = field(default=None, repr=False)
+    _geometry: np.ndarray | None = field(default=None, init=False, repr=False)
+    _operator: FluidOperator[Any] | None = field(default=None, init=False, repr=False)
 
-    def assemble(self, coefficients: np.ndarray) -> FluidOperator:
-        """The operator of this geometry, or the last one if that is as good."""
-        if self._geometry is not None:
+    def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
+        """Assemble a geometry, or return the last operator if that is as good.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+
+        Returns
+        -------
+        FluidOperator
+        """
+        if self._geometry is not None and self._operator is not None:
             moved = np.linalg.norm(coefficients - self._geometry, axis=-1).max()
             if moved <= self.reach:
                 self.saved += 1
                 return self._operator
-        self._geometry, self._operator = coefficients.copy(), self.fluid.assemble(coefficients)
-        return self._operator
+        operator = self.fluid.assemble(coefficients)
+        self._geometry, self._operator = coefficients.copy(), operator
+        return operator
 
     def reset(self) -> None:
         """Forget the operator, at checkpoints: a resumed run starts without it."""
         self._geometry = self._operator = None
         self.fluid.reset()
-
-    @property
-    def statistics(self) -> Any:
-        """Those of the fluid."""
-        return getattr(self.fluid, "statistics", {})

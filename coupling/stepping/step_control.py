@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..protocols import Result
+from ..exchange import Result
 
 CONTACTS = (Result.SELF_INTERSECTION, Result.INLET_CONTACT)
 
@@ -18,9 +18,10 @@ CONTACTS = (Result.SELF_INTERSECTION, Result.INLET_CONTACT)
 class StepControl:
     """Parameters of the step size.
 
-    Attributes
+    Parameters
     ----------
     dt, end : float
+        Largest step and end time.
     growth : float
         Largest ratio of an accepted step to the next.
     floor : float
@@ -44,9 +45,21 @@ class StepControl:
 
     @property
     def smallest(self) -> float:
+        """Step below which a run ends."""
         return self.floor or self.dt / 2**20
 
     def too_inaccurate(self, error: float) -> bool:
+        """Say whether a step must be repeated because of its local error.
+
+        Parameters
+        ----------
+        error : float
+            Estimated local error, root mean square.
+
+        Returns
+        -------
+        bool
+        """
         return 0.0 < 4.0 * self.error < error
 
     def next(
@@ -60,7 +73,7 @@ class StepControl:
         gap: float,
         speed: float,
     ) -> tuple[float, str]:
-        """Next step and what limits it below growth and ceiling ("" if nothing).
+        """Choose the next step after an accepted one.
 
         Parameters
         ----------
@@ -70,8 +83,17 @@ class StepControl:
             Subiterations over those allowed.
         error : float
             Local error estimate.
+        order : int
+            Of the integrator.
         gap, speed : float
             Smallest gap and the speed it closes with (negative: opens).
+
+        Returns
+        -------
+        float
+            Next step.
+        str
+            What limits it below growth and ceiling; "" if nothing.
         """
         best, why = min(self.dt, max(proposed, dt * self.growth)), ""
         limits = []

@@ -14,36 +14,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..protocols import (
-    AcceptedStep,
-    CollisionTest,
-    Fluid,
-    Iteration,
-    Outcome,
-    Recorder,
-    Rejection,
-    Result,
-    Snapshot,
-    State,
-    Structure,
-)
-from ..schemes.scheme import Attempt, Scheme, StepProblem
-from .integrator import BackwardEuler, Integrator
+from ..exchange import Result, State
+from ..protocols import CollisionTest, Fluid, Structure
+from ..records import AcceptedStep, Iteration, Outcome, Recorder, Rejection, Snapshot
+from ..schemes.scheme import Memory, Scheme, StepProblem, StepResult, Tolerances
+from .history_row import SUMS, Counts, history_row
+from .integrator import BackwardEuler, Integrator, Past
+from .operator_reuse import OperatorReuse
 from .step_control import CONTACTS, StepControl
 
 logger = logging.getLogger(__name__)
 
-SUMS = ("pressure_work", "fluid_work", "dissipation")
-PATIENCE = 3  # rejections in a row at the inflow patch, which no smaller step cures
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Stopping test of the fluid-structure iteration (see `StepProblem`)."""
-
-    relative: float = 1e-4
-    absolute: float = 1e-9
-    max_iterations: int = 6
+PATIENCE = 3  # rejections in a row at the inlet, which no smaller step cures
 
 
 @dataclass(frozen=True)
@@ -52,8 +34,17 @@ class Simulation:
 
     Parameters
     ----------
+    structure : Structure
+    fluid : Fluid or None
+        None for a uniform pressure.
+    scheme : Scheme
     volume : callable
         Prescribed enclosed volume V(t).
+    initial : State
+    control : StepControl
+    tolerances : Tolerances
+    recorders : sequence of Recorder
+        Told what happens, in this order.
     diagnostics : callable, optional
         Extra columns from a state, computed for accepted steps (smallest gap, ...).
     checkpoint_every : int
@@ -68,7 +59,7 @@ class Simulation:
     volume: Callable[[float], float]
     initial: State
     control: StepControl
-    tolerances: Tolerances = Tolerances()
+    tolerances: Tolerances = field(default_factory=Tolerances)
     recorders: Sequence[Recorder] = ()
     diagnostics: Callable[[State], Mapping[str, float]] | None = None
     checkpoint_every: int = 10
@@ -76,46 +67,34 @@ class Simulation:
     collision: CollisionTest | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
-        """Advance to the end time, from a checkpoint if one is given.
+        """Advance to the end time.
 
         Parameters
         ----------
         start : Snapshot, optional
+            Checkpoint to go on from; default the initial state.
         steps : int, optional
             Stop (with ``Result.STOPPED``) after this many accepted steps.
+
+        Returns
+        -------
+        Outcome
         """
         return _Loop(self, start).run(steps)
 
 
 @dataclass
-class _Counts:
-    """Totals of a run, for its record."""
-
-    accepted: int = 0
-    rejected: int = 0
-    assemblies: int = 0
-    newton: int = 0
-    krylov: int = 0
-    frozen_solves: int = 0
-    kept: int = 0  # assemblies saved by a fluid that keeps operators
-
-    def add(self, attempt: Attempt) -> None:
-        self.assemblies += attempt.assemblies
-        self.newton += attempt.newton_iterations
-        self.krylov += attempt.krylov_iterations
-        self.frozen_solves += attempt.frozen_solves
-
-
-@dataclass
 class _Loop:
-    """One run in progress; the only mutable object of the package."""
+    """One run in progress."""
 
     sim: Simulation
     start: Snapshot | None
-    counts: _Counts = field(default_factory=_Counts)
+    counts: Counts = field(default_factory=Counts)
 
     def __post_init__(self) -> None:
         sim = self.sim
+        self.memory: Memory
+        self.past: Past
         if self.start is None:
             self.step, self.dt, self.state = 0, sim.control.dt, sim.initial
             self.sums = dict.fromkeys(SUMS, 0.0)
@@ -128,7 +107,7 @@ class _Loop:
             self.past = {k[5:]: v for k, v in self.start.memory.items() if k.startswith("past.")}
             self.memory = {k: v for k, v in self.start.memory.items() if not k.startswith("past.")}
         self.clock = time.perf_counter()
-        self.pending = _Counts()
+        self.pending = Counts()
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
 
@@ -187,29 +166,36 @@ class _Loop:
             self.state.coefficients,
             self._inspect,
         )
-        saved = getattr(sim.fluid, "saved", 0)
-        attempt = sim.scheme.attempt(problem, self.memory)
-        saved = getattr(sim.fluid, "saved", 0) - saved
-        attempt = replace(attempt, assemblies=attempt.assemblies - saved)
-        self.counts.kept += saved
-        for _ in range(saved):
-            self._note("operator kept: the geometry moved less than the traction's tolerance")
-        self.counts.add(attempt)
-        self.pending.add(attempt)
-        for note in attempt.notes:
-            self._note(note)
-        cause, error = attempt.cause, 0.0
+        result = self._attempt(problem)
+        cause, error = result.failure, 0.0
         if cause is None:
-            cause = self._inspect(attempt.step.state.coefficients)
+            cause = self._inspect(result.state.coefficients)
         if cause is None and sim.control.error > 0.0:
-            after = attempt.step.state
-            estimate = sim.integrator.error(self.state, after, self.past, dt)
+            estimate = sim.integrator.error(self.state, result.state, self.past, dt)
             error = sim.structure.measure(estimate)
             cause = Result.TIME_ERROR if sim.control.too_inaccurate(error) else None
         if cause is not None:
-            self._reject(cause, attempt.iterations, t, dt)
+            self._reject(cause, result.iterations, t, dt)
         else:
-            self._accept(attempt, dt, (base, length), error)
+            self._accept(result, dt, (base, length), error)
+
+    def _attempt(self, problem: StepProblem) -> StepResult:
+        """The scheme's answer, counted and noted; reused operators are no assemblies."""
+        before = self._reused()
+        result = self.sim.scheme.attempt(problem, self.memory)
+        reused = self._reused() - before
+        result = replace(result, assemblies=result.assemblies - reused)
+        self.counts.reused += reused
+        for _ in range(reused):
+            self._note("operator reused: the geometry moved less than the traction's tolerance")
+        self.counts.add(result)
+        self.pending.add(result)
+        for note in result.notes:
+            self._note(note)
+        return result
+
+    def _reused(self) -> int:
+        return self.sim.fluid.saved if isinstance(self.sim.fluid, OperatorReuse) else 0
 
     def _inspect(self, coefficients: np.ndarray) -> Result | None:
         """Why a configuration cannot be reached from the accepted one."""
@@ -235,33 +221,33 @@ class _Loop:
         self.tell("on_rejected", Rejection(self.step + 1, t, dt, cause, iterations))
 
     def _accept(
-        self, attempt: Attempt, dt: float, euler: tuple[State, float], error: float
+        self, result: StepResult, dt: float, euler: tuple[State, float], error: float
     ) -> None:
         before, base, length = self.state, *euler
         self.past = self.sim.integrator.past(before, dt)
-        self.state, self.memory = attempt.step.state, attempt.memory
+        self.state, self.memory = result.state, result.memory
         self.step += 1
         self.counts.accepted += 1
         self.causes.clear()
         rate = {}
         if base is not before:
             rate = {"acceleration": (self.state.velocity - base.velocity) / length}
-        budget = self.sim.structure.budget(before, self.state, attempt.load, **rate)
+        budget = self.sim.structure.budget(before, self.state, result.load, **rate)
         self.sums["pressure_work"] += budget["pressure_work"]
         self.sums["fluid_work"] += budget["load_work"]
         self.sums["dissipation"] += budget["dissipation"]
         growth = self.sim.volume(self.state.t) - self.sim.volume(before.t)
-        row = self._row(attempt, dt, growth)
-        self._next_step(attempt, dt, row, error)
-        self.pending = _Counts()
-        self.tell("on_accepted", AcceptedStep(self.step, self.state, row, attempt.traction))
+        row = self._row(result, dt, growth)
+        self._next_step(result, dt, row, error)
+        self.pending = Counts()
+        self.tell("on_accepted", AcceptedStep(self.step, self.state, row, result.traction))
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
             if self.sim.fluid is not None:
-                self.sim.fluid.reset()  # a resumed run starts without what is kept
+                self.sim.fluid.reset()  # a resumed run starts without reused operators
 
     def _next_step(
-        self, attempt: Attempt, dt: float, row: Mapping[str, float], error: float
+        self, result: StepResult, dt: float, row: Mapping[str, float], error: float
     ) -> None:
         gap = row.get("min_gap", float("inf"))
         speed = (self.gap - gap) / dt if np.isfinite(self.gap) and np.isfinite(gap) else 0.0
@@ -269,7 +255,7 @@ class _Loop:
         self.dt, why = self.sim.control.next(
             self.dt,
             dt,
-            effort=attempt.iterations / self.sim.tolerances.max_iterations,
+            effort=result.iterations / self.sim.tolerances.max_iterations,
             error=error,
             order=self.sim.integrator.order,
             gap=gap,
@@ -278,36 +264,18 @@ class _Loop:
         if why:
             self._note(f"next dt = {self.dt:.3g}: {why}")
 
-    def _row(self, attempt: Attempt | None, dt: float, growth: float = 0.0) -> dict[str, float]:
-        """History columns; the last one is the only one that differs between equal runs."""
-        sim, state, sums = self.sim, self.state, self.sums
-        energies = sim.structure.energies(state)
-        stored = sum(energies.values()) - sums["energy_start"]
-        work = sums["pressure_work"] + sums["fluid_work"]
-        traction = attempt.traction if attempt else None
-        row = {
-            "step": self.step,
-            "t": state.t,
-            "dt": dt,
-            "volume": sim.structure.volume(state.coefficients),
-            "volume_prescribed": sim.volume(state.t),
-            "area": sim.structure.area(state.coefficients),
-            "pressure": state.pressure,
-            **{f"{name}_energy": value for name, value in energies.items()},
-            **{name: sums[name] for name in SUMS},
-            "energy_defect": stored + sums["dissipation"] - work,
-            "zeta": traction.zeta if traction else 0.0,
-            "flux_ratio": growth / (dt * traction.flux) if traction and traction.flux else 1.0,
-            "velocity_max": traction.velocity_max if traction else _largest(state.velocity),
-            **(sim.diagnostics(state) if sim.diagnostics else {}),
-            "subiterations": attempt.iterations if attempt else 0,
-            "assemblies": self.pending.assemblies,
-            "newton_iterations": self.pending.newton,
-            "krylov_iterations": self.pending.krylov,
-            "wall_time": time.perf_counter() - self.clock,
-        }
-        return row
-
-
-def _largest(velocity: np.ndarray) -> float:
-    return float(np.linalg.norm(velocity, axis=-1).max())
+    def _row(self, result: StepResult | None, dt: float, growth: float = 0.0) -> dict[str, float]:
+        sim, state = self.sim, self.state
+        return history_row(
+            sim.structure,
+            state,
+            self.sums,
+            step=self.step,
+            dt=dt,
+            volume=sim.volume(state.t),
+            growth=growth,
+            result=result,
+            extra=sim.diagnostics(state) if sim.diagnostics else {},
+            work=self.pending,
+            wall_time=time.perf_counter() - self.clock,
+        )

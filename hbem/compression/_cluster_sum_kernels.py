@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-EIGHT_PI = 8.0 * np.pi
+from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
+
 LANES = 16  # target counts are padded to multiples: no scalar tails
 
 
@@ -18,7 +19,6 @@ LANES = 16  # target counts are padded to multiples: no scalar tails
 def add_single(x, y, f, tiny, count, out):
     """Velocities ``out (3, n)`` at targets ``x (3, n)`` of ``count`` point forces f at y."""
     one = f.dtype.type(1.0)
-    zero = f.dtype.type(0.0)
     x0, x1, x2 = x[0], x[1], x[2]
     u0, u1, u2 = out[0], out[1], out[2]
     for j in range(count):
@@ -26,35 +26,27 @@ def add_single(x, y, f, tiny, count, out):
         f0, f1, f2 = f[0, j], f[1, j], f[2, j]
         for t in range(x0.size):
             r0, r1, r2 = x0[t] - y0, x1[t] - y1, x2[t] - y2
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = one / np.sqrt(max(square, tiny))
-            inverse = inverse if square > tiny else zero
-            along = (r0 * f0 + r1 * f1 + r2 * f2) * inverse * inverse
-            u0[t] += inverse * (f0 + along * r0)
-            u1[t] += inverse * (f1 + along * r1)
-            u2[t] += inverse * (f2 + along * r2)
+            a, b = stokeslet(one, r0, r1, r2, tiny)
+            along = (r0 * f0 + r1 * f1 + r2 * f2) * b
+            u0[t] += a * f0 + along * r0
+            u1[t] += a * f1 + along * r1
+            u2[t] += a * f2 + along * r2
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def add_double(x, y, f, normals, tiny, count, out):
     """The same for stresslets ``6 r (r . f) (r . n) / r^5``."""
     one = f.dtype.type(1.0)
-    zero = f.dtype.type(0.0)
-    six = f.dtype.type(6.0)
     x0, x1, x2 = x[0], x[1], x[2]
     u0, u1, u2 = out[0], out[1], out[2]
     for j in range(count):
         y0, y1, y2 = y[0, j], y[1, j], y[2, j]
-        f0, f1, f2 = six * f[0, j], six * f[1, j], six * f[2, j]
+        f0, f1, f2 = f[0, j], f[1, j], f[2, j]
         n0, n1, n2 = normals[0, j], normals[1, j], normals[2, j]
         for t in range(x0.size):
             r0, r1, r2 = x0[t] - y0, x1[t] - y1, x2[t] - y2
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = one / np.sqrt(max(square, tiny))
-            inverse = inverse if square > tiny else zero
-            second = inverse * inverse
-            along = (r0 * f0 + r1 * f1 + r2 * f2) * (r0 * n0 + r1 * n1 + r2 * n2)
-            along *= second * second * inverse
+            c = stresslet(one, r0, r1, r2, n0, n1, n2, tiny)
+            along = (r0 * f0 + r1 * f1 + r2 * f2) * c
             u0[t] += along * r0
             u1[t] += along * r1
             u2[t] += along * r2
@@ -79,7 +71,7 @@ def cluster_sums(
     """
     kind = charges.dtype.type
     small = kind(tiny)
-    scale = kind(1.0 / EIGHT_PI)
+    scale = kind(OVER_8_PI)
     for c in prange(target_ptr.size - 1):
         first, m = target_ptr[c], target_ptr[c + 1] - target_ptr[c]
         if m > 0 and partner_ptr[c + 1] > partner_ptr[c]:

@@ -12,57 +12,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-EIGHT_PI = 8.0 * np.pi
+from .._stokes_kernels import OVER_8_PI, kernel_line
+
 SAMPLES = 6  # target points whose rows prove a stop
 FAINT = 0.1  # targets whose approximate rows are below this share of the average are faint
 KEPT = 1e-2  # singular values of a 3x3 pivot below this fraction of the largest are dropped
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def kernel_line(x, y, normals, tiny, sign, out):
-    """3x3 entries between one point and n others: ``out (3, 3 n)``, row a, column ``b n + j``.
-
-    ``y (3, n)``. Single layer if ``normals`` is empty, else the double layer
-    ``3/(4 pi) r_a r_b (r . n) / r^5`` with ``r = x - y``; with ``sign = -1`` the lone point is
-    the source, and ``normals (3, 1)`` its normal.
-    """
-    n = y.shape[1]
-    x0, x1, x2 = x[0], x[1], x[2]
-    y0, y1, y2 = y[0], y[1], y[2]
-    a, b, c = out[0], out[1], out[2]
-    if normals.shape[1] == 0:
-        for j in range(n):
-            r0, r1, r2 = x0 - y0[j], x1 - y1[j], x2 - y2[j]
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = 1.0 / np.sqrt(max(square, tiny))
-            one = inverse * (1.0 / EIGHT_PI) if square > tiny else 0.0
-            three = one * inverse * inverse
-            a[j] = one + three * r0 * r0
-            a[n + j] = three * r0 * r1
-            a[2 * n + j] = three * r0 * r2
-            b[n + j] = one + three * r1 * r1
-            b[2 * n + j] = three * r1 * r2
-            c[2 * n + j] = one + three * r2 * r2
-    else:
-        lone = normals.shape[1] == 1
-        for j in range(n):
-            k = 0 if lone else j
-            r0, r1, r2 = x0 - y0[j], x1 - y1[j], x2 - y2[j]
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = 1.0 / np.sqrt(max(square, tiny)) if square > tiny else 0.0
-            flux = r0 * normals[0, k] + r1 * normals[1, k] + r2 * normals[2, k]
-            cube = inverse * inverse * inverse
-            five = sign * flux * (6.0 / EIGHT_PI) * cube * inverse * inverse
-            a[j] = five * r0 * r0
-            a[n + j] = five * r0 * r1
-            a[2 * n + j] = five * r0 * r2
-            b[n + j] = five * r1 * r1
-            b[2 * n + j] = five * r1 * r2
-            c[2 * n + j] = five * r2 * r2
-    for j in range(n):
-        b[j] = a[n + j]
-        c[j] = a[2 * n + j]
-        c[n + j] = b[2 * n + j]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -110,7 +64,8 @@ def pivot(rows, scores, n):
 def square_sum(rows):
     total = 0.0
     for a in range(rows.shape[0]):
-        total += np.dot(rows[a], rows[a])
+        line = np.ascontiguousarray(rows[a])  # it is already, but a part of an array hides that
+        total += np.dot(line, line)
     return total
 
 
@@ -153,7 +108,7 @@ def cross(x, y, normals, tiny, tolerance, limit, seed, u, v, samples, scratch):
         state = state * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
         low, high = k * m // count, (k + 1) * m // count
         chosen[k] = low + np.int64(state >> np.uint64(33)) % (high - low)
-        kernel_line(x[:, chosen[k]], y, normals, tiny, 1.0, samples[k])
+        kernel_line(OVER_8_PI, x[:, chosen[k]], y, normals, tiny, samples[k])
     samples = samples[:count]
     i, total = worst_sample(samples)
     i = chosen[i]
@@ -173,15 +128,15 @@ def cross(x, y, normals, tiny, tolerance, limit, seed, u, v, samples, scratch):
     goal = tolerance * tolerance * total
     while True:
         visited[i] = True
-        kernel_line(x[:, i], y, normals, tiny, 1.0, rows)
+        kernel_line(OVER_8_PI, x[:, i], y, normals, tiny, rows)
         for a in range(3):
             coefficients[:rank] = u[:rank, a * m + i]
             subtract(rows[a], coefficients, v, 0, rank)
         j = pivot(rows, scores, n)
         if scores[j] * n * count > 1e-6 * goal:
             for b in range(lone.shape[1]):
-                lone[:, b] = normals[:, j]
-            kernel_line(y[:, j], x, lone, tiny, -1.0, columns)
+                lone[:, b] = -normals[:, j]
+            kernel_line(OVER_8_PI, y[:, j], x, lone, tiny, columns)
             for b in range(3):
                 coefficients[:rank] = v[:rank, b * n + j]
                 subtract(columns[b], coefficients, u, 0, rank)
@@ -259,14 +214,14 @@ def faint_samples(
             low, high = k * n // count, max((k + 1) * n // count, k * n // count + 1)
             j = low + draw % (high - low)
             for b in range(3):
-                lone[b, 0] = normals[b, j]
-            kernel_line(y[:, j], x, lone, tiny, -1.0, columns)
+                lone[b, 0] = -normals[b, j]
+            kernel_line(OVER_8_PI, y[:, j], x, lone, tiny, columns)
             total += square_sum(columns) / ((count + 1) // 2)
             for b in range(3):
                 coefficients[:rank] = v[:rank, b * n + j]
                 subtract(columns[b], coefficients, u, 0, rank)
             chosen[k] = next_target(columns, weight > FAINT * FAINT * weight.mean(), m)
-        kernel_line(x[:, chosen[k]], y, normals, tiny, 1.0, samples[k])
+        kernel_line(OVER_8_PI, x[:, chosen[k]], y, normals, tiny, samples[k])
         for a in range(3):
             coefficients[:rank] = u[:rank, a * m + chosen[k]]
             subtract(samples[k, a], coefficients, v, 0, rank)

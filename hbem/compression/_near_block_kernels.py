@@ -10,45 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-EIGHT_PI = 8.0 * np.pi
+from .._stokes_kernels import OVER_8_PI, stokeslet_components, stresslet_components
+
 TARGETS = 64  # targets of one sweep
 SOURCES = 18  # sources of one sweep: their kernel values stay in the first cache
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def kernel_components(x, y, n, tiny, out):
-    """Six components between the targets ``x (3, m)`` and one source; n (3,) or empty."""
-    k0, k1, k2, k3, k4, k5 = out[0], out[1], out[2], out[3], out[4], out[5]
-    x0, x1, x2 = x[0], x[1], x[2]
-    y0, y1, y2 = y[0], y[1], y[2]
-    if n.size == 0:
-        for t in range(x0.size):
-            r0, r1, r2 = x0[t] - y0, x1[t] - y1, x2[t] - y2
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = 1.0 / np.sqrt(max(square, tiny))
-            one = inverse * (1.0 / EIGHT_PI) if square > tiny else 0.0
-            three = one * inverse * inverse
-            k0[t] = one + three * r0 * r0
-            k1[t] = three * r0 * r1
-            k2[t] = three * r0 * r2
-            k3[t] = one + three * r1 * r1
-            k4[t] = three * r1 * r2
-            k5[t] = one + three * r2 * r2
-    else:
-        n0, n1, n2 = n[0], n[1], n[2]
-        for t in range(x0.size):
-            r0, r1, r2 = x0[t] - y0, x1[t] - y1, x2[t] - y2
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            inverse = 1.0 / np.sqrt(max(square, tiny))
-            inverse = inverse if square > tiny else 0.0
-            cube = inverse * inverse * inverse
-            five = (r0 * n0 + r1 * n1 + r2 * n2) * (6.0 / EIGHT_PI) * cube * inverse * inverse
-            k0[t] = five * r0 * r0
-            k1[t] = five * r0 * r1
-            k2[t] = five * r0 * r2
-            k3[t] = five * r1 * r1
-            k4[t] = five * r1 * r2
-            k5[t] = five * r2 * r2
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -101,7 +66,10 @@ def one_block(
                     y[c] = positions[c, ps[j]]
                 for c in range(normal.size):
                     normal[c] = normals[c, ps[j]]
-                kernel_components(x, y, normal, tiny, kernels[j - q0])
+                if normal.size == 0:
+                    stokeslet_components(OVER_8_PI, x, y, tiny, kernels[j - q0])
+                else:
+                    stresslet_components(OVER_8_PI, x, y, normal, tiny, kernels[j - q0])
             for b in range(ns):
                 k, count = at_s[b], 0
                 while k < basis_ptr[is_[b] + 1] and local[basis_rows[k]] < q1:

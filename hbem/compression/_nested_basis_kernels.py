@@ -11,33 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from .._stokes_kernels import kernel_line
 from ._far_field_kernels import folded
-
-EIGHT_PI = 8.0 * np.pi
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def proxy_line(p, x, out):
-    """3x3 entries between one proxy point and n candidates ``x (3, n)``: ``out (3, 3 n)``."""
-    n = x.shape[1]
-    p0, p1, p2 = p[0], p[1], p[2]
-    x0, x1, x2 = x[0], x[1], x[2]
-    a, b, c = out[0], out[1], out[2]
-    for j in range(n):
-        r0, r1, r2 = p0 - x0[j], p1 - x1[j], p2 - x2[j]
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        one = 1.0 / np.sqrt(square)
-        three = one * one * one
-        a[j] = one + three * r0 * r0
-        a[n + j] = three * r0 * r1
-        a[2 * n + j] = three * r0 * r2
-        b[n + j] = one + three * r1 * r1
-        b[2 * n + j] = three * r1 * r2
-        c[2 * n + j] = one + three * r2 * r2
-    for j in range(n):
-        b[j] = a[n + j]
-        c[j] = a[2 * n + j]
-        c[n + j] = b[2 * n + j]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -165,32 +140,6 @@ def interpolation(R, pick, k, n, T):
             line[p] *= scale
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def stresslet_line(p, x, normals, out):
-    """The same for stresslets ``6 r_a r_b (r . n) / r^5``."""
-    n = x.shape[1]
-    six = x.dtype.type(6.0)
-    p0, p1, p2 = p[0], p[1], p[2]
-    x0, x1, x2 = x[0], x[1], x[2]
-    a, b, c = out[0], out[1], out[2]
-    for j in range(n):
-        r0, r1, r2 = p0 - x0[j], p1 - x1[j], p2 - x2[j]
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        one = x.dtype.type(1.0) / np.sqrt(square)
-        flux = r0 * normals[0, j] + r1 * normals[1, j] + r2 * normals[2, j]
-        five = six * flux * one * one * one * one * one
-        a[j] = five * r0 * r0
-        a[n + j] = five * r0 * r1
-        a[2 * n + j] = five * r0 * r2
-        b[n + j] = five * r1 * r1
-        b[2 * n + j] = five * r1 * r2
-        c[2 * n + j] = five * r2 * r2
-    for j in range(n):
-        b[j] = a[n + j]
-        c[j] = a[2 * n + j]
-        c[n + j] = b[2 * n + j]
-
-
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def level_skeletons(
     lower, upper, sphere, reach, positions, candidate_ptr, candidates, tolerance, counts, picks,
@@ -229,6 +178,7 @@ def level_skeletons(
                 x[c, j] = (positions[c, candidates[first + j]] - middle[c]) * scale
         A = np.empty((3 * sphere.shape[0], 3 * n), slots.dtype)
         p = np.empty(3, slots.dtype)
+        one, zero = slots.dtype.type(1.0), slots.dtype.type(0.0)
         ny = np.empty((3, n if normals.shape[1] > 0 else 0), slots.dtype)
         for c in range(3):
             for j in range(ny.shape[1]):
@@ -238,10 +188,7 @@ def level_skeletons(
                 half = 0.5 * (upper[node, c] - lower[node, c]) * scale
                 s = sphere[i, c]
                 p[c] = half * min(1.0, max(-1.0, 1.8 * s)) + reach * s
-            if normals.shape[1] > 0:
-                stresslet_line(p, x, ny, A[3 * i : 3 * i + 3])
-            else:
-                proxy_line(p, x, A[3 * i : 3 * i + 3])
+            kernel_line(one, p, x, ny, zero, A[3 * i : 3 * i + 3])
         R = np.empty((min(3 * n, A.shape[0]), 3 * n), slots.dtype)
         k = skeleton(A, n, tolerance, picks[first : first + n], R)
         counts[node] = k

@@ -104,8 +104,8 @@ def _bisect(centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int
             level += [level[k] + 1] * 2
         k += 1
     box = np.array(boxes)
-    ints = (np.array(v, dtype=np.int64) for v in (start, stop, children, level))
-    return ClusterTree(order, *ints, box[:, 0], box[:, 1])
+    first, last, sons, depth = (np.array(v, np.int64) for v in (start, stop, children, level))
+    return ClusterTree(order, first, last, sons, depth, box[:, 0], box[:, 1])
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ def _split(pairs: np.ndarray, children: np.ndarray) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def both_ways(pairs: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def list_partners(pairs: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Partners of every node as index pointer, partners and numbers of the pairs.
 
     Pair k counts as partner of both its nodes, once if they are equal; the number is k where the

@@ -16,7 +16,8 @@ from scipy.sparse import csc_matrix
 
 from .._threads_kernels import workers
 from ._recompression_kernels import compress_blocks
-from .cluster_tree import ClusterTree
+from .cluster_tree import ClusterTree, cluster_tree
+from .point_kernel import PointKernel
 
 # Tolerances of cross approximation and recompression in units of the requested one. Between points
 # the exact near field dilutes the error by two or three, between functions less.
@@ -54,6 +55,16 @@ class ClusterPoints:
         return b.indptr.astype(np.int64), b.indices.astype(np.int64), b.data
 
 
+def item_tree(points: np.ndarray, basis: csc_matrix | None, leaf: int) -> ClusterTree:
+    """Tree over points ``(n, 3)``, or over functions with the boxes of their supports."""
+    if basis is None:
+        return cluster_tree(points, leaf=leaf)
+    positions = points[basis.indices]
+    starts = basis.indptr[:-1]
+    lower, upper = (f.reduceat(positions, starts) for f in (np.minimum, np.maximum))
+    return cluster_tree(lower, upper, leaf=leaf)
+
+
 def cluster_points(tree: ClusterTree, basis: csc_matrix | None = None) -> ClusterPoints:
     """Items and, for functions, the points of their supports (increasing) of every node."""
     item_ptr = np.concatenate([[0], np.cumsum(tree.sizes)])
@@ -87,12 +98,10 @@ class Factors:
     store: np.ndarray
 
 
-def compressed_blocks(
+def approximate_blocks(
     blocks: np.ndarray,
     clusters: ClusterPoints,
-    positions: np.ndarray,
-    normals: np.ndarray,
-    tiny: float,
+    kernel: PointKernel,
     *,
     tolerance: float,
     full_rank: float,
@@ -103,8 +112,9 @@ def compressed_blocks(
 
     Parameters
     ----------
-    positions, normals : (3, n_points) array
-        ``normals (3, 0)`` for the single layer.
+    blocks : (n, 2) int array
+    clusters : ClusterPoints
+    kernel : PointKernel
     full_rank : float
         Ranks above this share of ``m n / (m + n)`` do not pay: the block is left full.
     """
@@ -115,10 +125,12 @@ def compressed_blocks(
     def work(first: int) -> Factors:
         part = blocks[first : first + TASK]
         numbers = seed * 1_000_003 + first + np.arange(part.shape[0])
-        scratch = np.empty(1 << 14, dtype=dtype)  # of this task alone: tasks run side by side
+        # of this task alone: tasks run side by side
+        scratch: np.ndarray = np.empty(1 << 14, dtype=dtype)
         ranks, store = compress_blocks(
-            part, numbers, positions, normals, tiny, clusters.item_ptr, clusters.items,
-            clusters.point_ptr, clusters.points, *columns, tolerances, full_rank, scratch,
+            part, numbers, kernel.scaled, kernel.scaled_normals, kernel.within, clusters.item_ptr,
+            clusters.items, clusters.point_ptr, clusters.points, *columns, tolerances,
+            full_rank, scratch,
         )  # fmt: skip
         return Factors(part, ranks, store)
 

@@ -8,7 +8,6 @@ once, ``A_st = V U^T``, and one set of panels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,9 +88,16 @@ def leaf_ranges(tree: ClusterTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return first, last, leaf_ptr
 
 
-def far_field(
-    tree: ClusterTree, parts: Sequence[Factors], *, symmetric: bool, dtype: type
-) -> FarField:
+def leaf_pairs(blocks: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """All pairs of leaves below pairs of nodes."""
+    parts = [np.zeros((0, 2), dtype=np.int64)]
+    for t, s in blocks:
+        a, b = np.arange(first[t], last[t] + 1), np.arange(first[s], last[s] + 1)
+        parts.append(np.stack([np.repeat(a, b.size), np.tile(b, a.size)], axis=1))
+    return np.concatenate(parts)
+
+
+def far_field(tree: ClusterTree, parts: list[Factors], *, symmetric: bool, dtype: type) -> FarField:
     """Arrange the factors of all blocks in panels; the parts are emptied on the way."""
     blocks = np.concatenate([p.blocks for p in parts] or [np.zeros((0, 2), dtype=np.int64)])
     ranks = np.concatenate([p.ranks for p in parts] or [np.zeros(0, dtype=np.int64)])
@@ -107,7 +113,8 @@ def far_field(
         left = _panels(tree, width_a, leaf_ptr, dtype)
         right = _panels(tree, width_b, leaf_ptr, dtype)
     done = 0
-    for k, part in enumerate(parts):
+    while parts:
+        part = parts.pop(0)  # freed: panels and factors together would double the peak
         here = slice(done, done + part.ranks.size)
         kernels.fill(
             part.blocks, part.ranks, part.store, offsets[0, here], offsets[1, here],
@@ -115,13 +122,12 @@ def far_field(
             left.panel_ptr, right.panel_ptr, left.values, right.values,
         )  # fmt: skip
         done += part.ranks.size
-        parts[k] = None  # free it: panels and factors together would double the peak
     used = np.flatnonzero(stored)
     at_left = _places(blocks[used, 0], offsets[0, used], left, first, last)
     at_right = _places(blocks[used, 1], offsets[1, used], right, first, last)
     lengths = stored[used]
     if symmetric:
-        sources, slots = _joined(at_right, at_left), _joined(at_left, at_right)
+        sources, slots = _join(at_right, at_left), _join(at_left, at_right)
         lengths = np.tile(lengths, 2)
     else:
         sources, slots = at_right, at_left
@@ -165,5 +171,5 @@ def _places(
     return ptr, panels.z_ptr[leaf] + np.repeat(panels.base[nodes] + columns, counts)
 
 
-def _joined(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]) -> tuple:
+def _join(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]) -> tuple:
     return np.concatenate([a[0], a[0][-1] + b[0][1:]]), np.concatenate([a[1], b[1]])

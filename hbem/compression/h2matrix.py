@@ -2,68 +2,31 @@
 
 The charges of a cluster are replaced by equivalent ones on a few of its points, level by level
 upwards; clusters far from each other exchange the exact kernel between skeletons; potentials go
-down by the transposed interpolations. Only the interpolations are stored. Skeletons come from a
-proxy surface around the box of the cluster, inside which nothing admissible can lie.
+down by the transposed interpolations (`nested_bases`). Nothing else is stored.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from . import _nested_basis_kernels as kernels
-from .cluster_tree import BlockTree, ClusterTree, block_tree, both_ways, cluster_tree
-from .measured_error import verified
-from .operator import Compressed, Statistics, direct, times, weighted
+from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners
+from .nested_bases import ETA, Bases, nested_bases
+from .operator import (
+    Compressed,
+    Statistics,
+    build_to_tolerance,
+    checked_basis,
+    direct,
+    refuse_above,
+)
 from .point_kernel import PointKernel
 
-ETA = 1.5  # admissible if the larger diameter is at most this many distances
-INSIDE = 0.95  # the proxy surface stays this far within the admissible distance
 SINGLE = 1e-4  # tolerances from here on: everything in single precision
-
-
-@dataclass(frozen=True)
-class Level:
-    """Interpolations of the nodes of one level, see `up` in the kernels."""
-
-    starts: np.ndarray
-    counts: np.ndarray
-    kept: np.ndarray
-    picks: np.ndarray
-    pick_ptr: np.ndarray
-    T_ptr: np.ndarray
-    T: np.ndarray
-    skeleton_ptr: np.ndarray
-    leaf: bool
-    nodes: np.ndarray
-
-
-@dataclass(frozen=True)
-class Bases:
-    """Nested bases: levels from the deepest up, skeleton points by node.
-
-    Attributes
-    ----------
-    ptr : (n_nodes + 1,) int array
-        Skeleton of each node within ``points``.
-    points : (k,) int array
-        Places in tree order.
-    levels : tuple of Level
-        Leaves and inner nodes of a level apart.
-    """
-
-    ptr: np.ndarray
-    points: np.ndarray
-    levels: tuple[Level, ...]
-
-    @property
-    def nbytes(self) -> int:
-        arrays = ("starts", "counts", "kept", "picks", "pick_ptr", "T_ptr", "T")
-        levels = sum(getattr(level, name).nbytes for level in self.levels for name in arrays)
-        return levels + self.ptr.nbytes + self.points.nbytes
 
 
 class H2Matrix(Compressed):
@@ -89,8 +52,8 @@ class H2Matrix(Compressed):
         place = np.zeros(tree.n_nodes, dtype=np.int64)
         place[leaves] = np.arange(leaves.size)
         self._leaf_ptr = np.append(tree.start[leaves], tree.order.size)
-        self._near = both_ways(place[blocks.near], leaves.size)
-        self._far = both_ways(blocks.far, tree.n_nodes)
+        self._near = list_partners(place[blocks.near], leaves.size)
+        self._far = list_partners(blocks.far, tree.n_nodes)
         self._points_at = kernel.ordered(tree.order)
         self._skeletons = kernel.ordered(tree.order[bases.points])
         self._sources = self._skeletons
@@ -106,9 +69,7 @@ class H2Matrix(Compressed):
         return sum(bases.values()) + sum(a.nbytes for a in lists)
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
-        if self.basis is None:
-            return self._points(x)
-        return times(self.test.T, self._points(times(self.basis, x)))
+        return self._between_functions(x, self._points)
 
     def _points(self, x: np.ndarray) -> np.ndarray:
         tree, bases = self.blocks.tree, self.bases
@@ -154,26 +115,50 @@ def h2matrix(
     seed: int = 0,
     memory: float | None = None,
 ) -> Compressed:
-    """Compress the single layer with nested bases; parameters as for `hmatrix`, and:
+    """Compress a layer's point kernel by nested bases: the double layer's if ``normals`` are given.
 
+    Parameters
+    ----------
+    points : (n, 3) array
+    tolerance : float
+        Relative error in the 2-norm for random and for constant densities; it is measured, and
+        kept, or the matrix is built again more finely.
+    normals : (n, 3) array, optional
+        Normals at the sources: the kernel is ``3/(4 pi) r r (r . n) / r^5`` with ``r = x - y``.
+    basis : (n, n_dofs) sparse matrix, optional
+        Weighted functions ``W B``; the operator is then ``(W B)^T G (W B)``.
     test : (n, n_dofs) sparse matrix, optional
         Weighted test functions where they differ: the operator is then ``test^T G basis``.
+    leaf : int, optional
+        Largest number of points in a leaf.
+    seed : int
+        Of the sampled rows.
+    memory : float, optional
+        Bytes that the operator may take.
+
+    Returns
+    -------
+    Compressed
+        Operator ``(3 n, 3 n)`` or ``(3 n_dofs, 3 n_dofs)`` with its ``statistics``.
 
     Raises
     ------
     ValueError
-        As for `hmatrix`.
+        Wrong shapes, points that are not finite, or a tolerance outside (0, 1).
     MemoryError
         A forecast above ``memory``, with both numbers, before anything is allocated.
     """
     kernel = PointKernel(points, normals)
-    basis = None if basis is None else weighted(basis, kernel)
-    test = None if test is None else weighted(test, kernel)
+    basis = None if basis is None else checked_basis(basis, kernel)
+    test = None if test is None else checked_basis(test, kernel)
 
     def build(target: float) -> H2Matrix:
         return _build(kernel, (basis, test), target, leaf, memory)
 
-    return verified(build, tolerance, seed, lambda note: direct(kernel, basis, note, test))
+    def exact(note: str) -> Compressed:
+        return direct(kernel, basis, note, test)
+
+    return build_to_tolerance(build, tolerance, seed, exact)
 
 
 def forecast(n: int, tolerance: float, limit: float | None) -> float:
@@ -183,26 +168,7 @@ def forecast(n: int, tolerance: float, limit: float | None) -> float:
     """
     digits = -np.log10(tolerance)
     total = n * min(150.0 * digits**2.2, 72.0 * n)
-    if limit is not None and total > limit:
-        raise MemoryError(
-            f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
-            'are allowed: raise the tolerance, or use compression = "dense" (direct sums)'
-        )
-    return total
-
-
-def proxy_count(tolerance: float) -> int:
-    """Points on a proxy surface: 80 at 1e-3, 200 at 1e-6, 330 at 1e-8."""
-    digits = -np.log10(tolerance)
-    return int(np.clip(40 + 4.5 * digits**2, 60, 500))
-
-
-def sphere_points(n: int) -> np.ndarray:
-    """Fibonacci points on the unit sphere, ``(n, 3)``."""
-    k = np.arange(n) + 0.5
-    z = 1.0 - 2.0 * k / n
-    phi, r = np.pi * (1.0 + np.sqrt(5.0)) * k, np.sqrt(1.0 - z * z)
-    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+    return refuse_above(limit, total, '"dense"')
 
 
 def _build(
@@ -249,76 +215,3 @@ def _build(
         build_seconds=time.perf_counter() - began,
     )
     return operator
-
-
-def nested_bases(
-    kernel: PointKernel,
-    blocks: BlockTree,
-    tolerance: float,
-    dtype: type,
-    *,
-    stresslets: bool = False,
-) -> Bases:
-    """Skeletons and interpolations of all nodes that are, or lie below, partners of far blocks."""
-    tree = blocks.tree
-    needed = np.zeros(tree.n_nodes, dtype=bool)
-    needed[blocks.far.ravel()] = True
-    for node in range(tree.n_nodes):
-        if needed[node] and tree.children[node, 0] >= 0:
-            needed[tree.children[node]] = True
-    positions, normals = kernel.ordered(tree.order)
-    normals = normals if stresslets else np.zeros((3, 0))
-    skeletons: list[np.ndarray] = [np.zeros(0, dtype=np.int64)] * tree.n_nodes
-    found = []
-    for depth in range(int(tree.level.max()), -1, -1):
-        for leaf in (True, False):
-            kind = (tree.level == depth) & needed & ((tree.children[:, 0] < 0) == leaf)
-            nodes = np.flatnonzero(kind)
-            if nodes.size:
-                more = (positions, normals, skeletons, tolerance, dtype)
-                found.append(_level(tree, nodes, leaf, *more))
-    ptr = np.concatenate([[0], np.cumsum([s.size for s in skeletons])])
-    levels = tuple(_placed(tree, ptr, level) for level in found)
-    return Bases(ptr, np.concatenate(skeletons), levels)
-
-
-def _level(
-    tree: ClusterTree,
-    nodes: np.ndarray,
-    leaf: bool,
-    positions: np.ndarray,
-    normals: np.ndarray,
-    skeletons: list[np.ndarray],
-    tolerance: float,
-    dtype: type,
-) -> Level:
-    """Skeletons of some nodes; ``skeletons`` receives their points."""
-    if leaf:
-        lists = [np.arange(tree.start[k], tree.stop[k]) for k in nodes]
-    else:
-        lists = [np.concatenate([skeletons[a], skeletons[b]]) for a, b in tree.children[nodes]]
-    counts = np.array([c.size for c in lists])
-    ptr = np.concatenate([[0], np.cumsum(counts)])
-    candidates = np.concatenate(lists)
-    slot_ptr = np.concatenate([[0], np.cumsum(9 * counts**2 // 4 + 1)])
-    slots = np.empty(slot_ptr[-1], dtype=dtype)
-    kept, picks = np.empty(nodes.size, dtype=np.int64), np.empty(ptr[-1], dtype=np.int64)
-    kernels.level_skeletons(
-        tree.lower[nodes], tree.upper[nodes], sphere_points(proxy_count(tolerance)), INSIDE / ETA,
-        positions, ptr, candidates, tolerance, kept, picks, slot_ptr, slots,
-        normals,
-    )  # fmt: skip
-    for i, node in enumerate(nodes):
-        skeletons[node] = lists[i][picks[ptr[i] : ptr[i] + kept[i]]]
-    sizes = 9 * kept * (counts - kept)
-    T = np.concatenate([slots[a : a + n] for a, n in zip(slot_ptr, sizes, strict=False)])
-    T_ptr = np.concatenate([[0], np.cumsum(sizes)])
-    none, picks = np.zeros(0, dtype=np.int64), picks.astype(np.int32)
-    return Level(none, counts, kept, picks, ptr, T_ptr, T, none, leaf, nodes)
-
-
-def _placed(tree: ClusterTree, ptr: np.ndarray, level: Level) -> Level:
-    """A level with the places of its candidates and skeletons."""
-    nodes = level.nodes
-    starts = tree.start[nodes] if level.leaf else ptr[tree.children[nodes, 0]]
-    return replace(level, starts=starts, skeleton_ptr=ptr[nodes])

@@ -15,11 +15,17 @@ import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from . import _near_block_kernels as block_kernels
-from .cluster_tree import BlockTree, ClusterTree, block_tree, cluster_tree
-from .cross_approximation import ClusterPoints, cluster_points, compressed_blocks
-from .far_field import FarField, far_field, leaf_ranges
-from .measured_error import verified
-from .operator import Compressed, Statistics, direct, weighted
+from .cluster_tree import BlockTree, ClusterTree, block_tree
+from .cross_approximation import ClusterPoints, approximate_blocks, cluster_points, item_tree
+from .far_field import FarField, far_field, leaf_pairs, leaf_ranges
+from .operator import (
+    Compressed,
+    Statistics,
+    build_to_tolerance,
+    checked_basis,
+    direct,
+    refuse_above,
+)
 from .point_kernel import PointKernel
 
 SINGLE = 1e-5  # tolerances from here on: far field in single precision
@@ -50,7 +56,7 @@ class HMatrix(Compressed):
         y = np.zeros_like(inside)
         # functions meet a Krylov solver: rounded panels, but products in double precision
         exact = self.basis is not None or self.far.dtype == y.dtype
-        low = inside if exact else inside.astype(self.far.dtype)
+        low: np.ndarray = inside if exact else inside.astype(self.far.dtype)
         part = y if exact else np.zeros_like(low)
         self.far.add_product(low, part)
         if part is not y:
@@ -78,7 +84,7 @@ class NearSums:
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
         at, ptr = self.at, self.leaf_ptr
-        low = x.astype(self.dtype, copy=False)
+        low: np.ndarray = x.astype(self.dtype, copy=False)
         self.kernel.sums_between(at, ptr, at, ptr, self.ptr, self.partners, low, y)
 
 
@@ -113,7 +119,7 @@ def hmatrix(
     seed: int = 0,
     memory: float | None = None,
 ) -> Compressed:
-    """Compress the single layer, or the double layer if ``normals`` are given.
+    """Compress a layer's point kernel by ACA: the double layer's if ``normals`` are given.
 
     Parameters
     ----------
@@ -134,6 +140,11 @@ def hmatrix(
     memory : float, optional
         Bytes that the operator may take.
 
+    Returns
+    -------
+    Compressed
+        Operator ``(3 n, 3 n)`` or ``(3 n_dofs, 3 n_dofs)`` with its ``statistics``.
+
     Raises
     ------
     ValueError
@@ -142,23 +153,13 @@ def hmatrix(
         A forecast above ``memory``, with both numbers, before anything is allocated.
     """
     kernel = PointKernel(points, normals)
-    basis = None if basis is None else weighted(basis, kernel)
+    basis = None if basis is None else checked_basis(basis, kernel)
     leaf = leaf or (100 if basis is None else 32)
 
     def build(target: float) -> HMatrix:
         return _build(kernel, basis, target, leaf, eta, seed, memory)
 
-    return verified(build, tolerance, seed, lambda note: direct(kernel, basis, note))
-
-
-def item_tree(kernel: PointKernel, basis: csc_matrix | None, leaf: int) -> ClusterTree:
-    """Tree over points, or over functions with the boxes of their supports."""
-    if basis is None:
-        return cluster_tree(kernel.scaled.T, leaf=leaf)
-    positions = kernel.scaled.T[basis.indices]
-    starts = basis.indptr[:-1]
-    lower, upper = (f.reduceat(positions, starts) for f in (np.minimum, np.maximum))
-    return cluster_tree(lower, upper, leaf=leaf)
+    return build_to_tolerance(build, tolerance, seed, lambda note: direct(kernel, basis, note))
 
 
 def _build(
@@ -172,26 +173,17 @@ def _build(
 ) -> HMatrix:
     began = time.perf_counter()
     symmetric = kernel.normals is None
-    tree = item_tree(kernel, basis, leaf)
+    tree = item_tree(kernel.scaled.T, basis, leaf)
     blocks = block_tree(tree, eta)
     clusters = cluster_points(tree, basis)
     dtype = np.float32 if tolerance >= SINGLE else np.float64
     forecast(blocks, tolerance, dtype, stored=basis is not None, symmetric=symmetric, limit=memory)
     far_blocks = blocks.far if symmetric else np.concatenate([blocks.far, blocks.far[:, ::-1]])
-    parts = list(
-        compressed_blocks(
-            far_blocks,
-            clusters,
-            kernel.scaled,
-            kernel.scaled_normals,
-            kernel.tiny,
-            tolerance=tolerance,
-            full_rank=full_rank(tolerance, stored=basis is not None),
-            dtype=dtype,
-            seed=seed,
-        )
+    share = full_rank(tolerance, stored=basis is not None)
+    parts = approximate_blocks(
+        far_blocks, clusters, kernel, tolerance=tolerance, full_rank=share, dtype=dtype, seed=seed
     )
-    far = far_field(tree, parts, symmetric=symmetric, dtype=dtype)
+    far = far_field(tree, list(parts), symmetric=symmetric, dtype=dtype)
     full = far_blocks[far.ranks < 0]
     near = _near(kernel, basis, blocks, clusters, full, tolerance, symmetric)
     statistics = Statistics(
@@ -241,17 +233,12 @@ def forecast(
     m, n = sizes[blocks.near].T
     near = float((m * n).sum()) * 12.0 * np.dtype(dtype).itemsize if stored else 0.0
     total = (far if symmetric else 2.0 * far) + near
-    if limit is not None and total > limit:
-        raise MemoryError(
-            f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
-            'are allowed: raise the tolerance, or use compression = "h2" or "dense" (direct sums)'
-        )
-    return total
+    return refuse_above(limit, total, '"h2" or "dense"')
 
 
 def forecast_points(points: np.ndarray, tolerance: float) -> float:
     """Bytes of the H-matrix of a point cloud, before it is built."""
-    tree = cluster_tree(PointKernel(points).scaled.T, leaf=100)
+    tree = item_tree(PointKernel(points).scaled.T, None, 100)
     dtype = np.float32 if tolerance >= SINGLE else np.float64
     blocks = block_tree(tree, 2.0)
     return forecast(blocks, tolerance, dtype, stored=False, symmetric=True, limit=None)
@@ -268,7 +255,7 @@ def _near(
 ) -> NearSums | NearBlocks:
     tree = blocks.tree
     first, last, leaf_ptr = leaf_ranges(tree)
-    pairs = np.concatenate([first[blocks.near], _leaf_pairs(full, first, last)])
+    pairs = np.concatenate([first[blocks.near], leaf_pairs(full, first, last)])
     mirrored = pairs[:, ::-1] if symmetric else first[blocks.near][:, ::-1]
     pairs = np.unique(np.concatenate([pairs, mirrored]), axis=0)
     ptr = np.searchsorted(pairs[:, 0], np.arange(leaf_ptr.size))
@@ -277,15 +264,6 @@ def _near(
         at, partners = kernel.ordered(tree.order), np.ascontiguousarray(pairs[:, 1])
         return NearSums(kernel, at, leaf_ptr, ptr, partners, dtype)
     return near_blocks(kernel, clusters, tree, pairs, ptr, tolerance)
-
-
-def _leaf_pairs(blocks: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """All pairs of leaves below pairs of nodes."""
-    parts = [np.zeros((0, 2), dtype=np.int64)]
-    for t, s in blocks:
-        a, b = np.arange(first[t], last[t] + 1), np.arange(first[s], last[s] + 1)
-        parts.append(np.stack([np.repeat(a, b.size), np.tile(b, a.size)], axis=1))
-    return np.concatenate(parts)
 
 
 def near_blocks(
@@ -310,7 +288,7 @@ def near_blocks(
         mirror[above] = np.searchsorted(key, s[above] * leaves.size + t[above])
     block_kernels.near_blocks(
         wanted, leaves[t], leaves[s], mirror, clusters.item_ptr, clusters.items,
-        clusters.point_ptr, clusters.points, kernel.scaled, kernel.scaled_normals, kernel.tiny,
+        clusters.point_ptr, clusters.points, kernel.scaled, kernel.scaled_normals, kernel.within,
         *clusters.columns, data_ptr, data,
     )  # fmt: skip
     return NearBlocks(leaf_ptr, ptr, s, data_ptr, data)

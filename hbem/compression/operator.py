@@ -2,13 +2,17 @@
 
 The operator is ``(W B)^T G (W B)`` with the plain kernel G between points, or G itself. The error
 that counts is measured on exact rows for random and for constant densities; a build that misses
-its tolerance is repeated at a quarter, and after that everything is summed exactly.
+its tolerance is repeated at a quarter of it, and after that everything is summed exactly.
 """
 
 from __future__ import annotations
 
 import logging
-from dataclasses import asdict, dataclass
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
@@ -86,7 +90,7 @@ class Statistics:
         return {**asdict(self), **{name: getattr(self, name) for name in more}}
 
 
-class Compressed(LinearOperator):
+class Compressed(LinearOperator, ABC):
     """A plain Stokes operator in compressed form; vector unknown ``3 a + i``.
 
     Attributes
@@ -109,9 +113,17 @@ class Compressed(LinearOperator):
         self.kernel, self.basis, self.statistics = kernel, basis, statistics
         self.test = basis if test is None else test
 
+    @abstractmethod
     def _apply(self, x: np.ndarray) -> np.ndarray:
         """Scaled product with ``(k, 3, n)`` components first."""
-        raise NotImplementedError
+
+    def _between_functions(
+        self, x: np.ndarray, sums: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        """Sums between points for charges of functions, tested; without functions the sums."""
+        if self.basis is None or self.test is None:
+            return sums(x)
+        return multiply_components(self.test.T, sums(multiply_components(self.basis, x)))
 
     def apply(self, x: np.ndarray) -> np.ndarray:
         """Product with densities ``(n, 3, k)``, all k at once."""
@@ -125,7 +137,7 @@ class Compressed(LinearOperator):
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.asarray(x).reshape(-1, 1)).reshape(np.shape(x))
 
-    def __getitem__(self, key: object) -> None:
+    def __getitem__(self, key: int | slice | tuple) -> NoReturn:
         raise TypeError(
             "a compressed operator has no entries to index: multiply it (A @ x, A @ X for several "
             "vectors at once), or ask for exact rows with exact_rows(indices, x)"
@@ -140,13 +152,13 @@ class Compressed(LinearOperator):
         x : (n, 3, k) array
         """
         first = np.ascontiguousarray(np.moveaxis(x, 2, 0).swapaxes(1, 2), dtype=float)
-        if self.basis is None:
+        if self.basis is None or self.test is None:
             y = self.kernel.rows(items, first)
         else:
             test = self.test[:, items].tocsr()
             points = np.flatnonzero(np.diff(test.indptr))
-            charges = times(self.basis, first)
-            y = times(test[points].T, self.kernel.rows(points, charges))
+            charges = multiply_components(self.basis, first)
+            y = multiply_components(test[points].T, self.kernel.rows(points, charges))
         return np.moveaxis(y.swapaxes(1, 2), 0, 2) * self.kernel.factor
 
     def relative_error(self, x: np.ndarray, seed: int = 0) -> np.ndarray:
@@ -174,14 +186,20 @@ class Compressed(LinearOperator):
         )
 
 
-def times(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
+def multiply_components(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
     """Sparse ``matrix (m, n)`` times ``x (k, 3, n)``: ``(k, 3, m)``."""
     flat = matrix @ x.reshape(-1, x.shape[-1]).T
     return np.ascontiguousarray(flat.T).reshape(*x.shape[:2], -1)
 
 
-def weighted(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
-    """Weighted functions as sorted columns, checked."""
+def checked_basis(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
+    """Weighted functions as sorted columns.
+
+    Raises
+    ------
+    ValueError
+        Rows that are not the kernel's points, or functions without points.
+    """
     basis = csc_matrix(basis)
     if basis.shape[0] != kernel.n:
         raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
@@ -195,10 +213,7 @@ class Direct(Compressed):
     """Exact sums over all points, nothing stored."""
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
-        if self.basis is None:
-            return self.kernel.rows(np.arange(self.kernel.n), x)
-        potentials = self.kernel.rows(np.arange(self.kernel.n), times(self.basis, x))
-        return times(self.test.T, potentials)
+        return self._between_functions(x, lambda f: self.kernel.rows(np.arange(self.kernel.n), f))
 
 
 def direct(
@@ -210,3 +225,73 @@ def direct(
     """The operator by exact sums."""
     n = kernel.n if basis is None else basis.shape[1]
     return Direct(kernel, basis, Statistics("direct", n, 0.0, note=note), test)
+
+
+def refuse_above(limit: float | None, total: float, remedy: str) -> float:
+    """The forecast ``total`` in bytes.
+
+    Raises
+    ------
+    MemoryError
+        A forecast above the limit, with both numbers and the remedy.
+    """
+    if limit is not None and total > limit:
+        raise MemoryError(
+            f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
+            f"are allowed: raise the tolerance, or use compression = {remedy} (direct sums)"
+        )
+    return total
+
+
+def probe_densities(n: int, seed: int) -> np.ndarray:
+    """Random densities, then the three constant ones, ``(n, 3, TEST_RANDOM + 3)``."""
+    random = np.random.default_rng(seed).standard_normal((n, 3, TEST_RANDOM))
+    return np.concatenate([random, np.tile(np.eye(3), (n, 1, 1))], axis=2)
+
+
+def with_measured_error(operator: Compressed, requested: float, seed: int) -> Compressed:
+    """The operator with measured errors and apply time in its statistics."""
+    x = probe_densities(operator.statistics.n, seed)
+    errors = operator.relative_error(x, seed)
+    began = time.perf_counter()
+    operator.apply(x[:, :, :1])
+    operator.statistics = replace(
+        operator.statistics,
+        requested=requested,
+        error_random=float(errors[:TEST_RANDOM].max()),
+        error_constant=float(errors[TEST_RANDOM:].max()),
+        apply_seconds=time.perf_counter() - began,
+    )
+    return operator
+
+
+def build_to_tolerance(
+    build: Callable[[float], Compressed],
+    tolerance: float,
+    seed: int,
+    exact: Callable[[str], Compressed],
+) -> Compressed:
+    """Build, measure, build again at a quarter, and at last sum exactly: never silent.
+
+    ``build(tolerance)`` compresses; ``exact(note)`` sums and says why.
+
+    Raises
+    ------
+    ValueError
+        A tolerance outside (0, 1).
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
+    for target in (tolerance, tolerance / 4.0):
+        if target < EXACT:
+            note = f"tolerance {tolerance:.1e} leaves nothing to compress"
+            break
+        operator = with_measured_error(build(target), tolerance, seed)
+        if operator.statistics.achieved <= tolerance:
+            return operator
+        note = f"error {operator.statistics.achieved:.1e} above the tolerance {tolerance:.1e}"
+        log.warning("%s (built at %.1e): %s", operator.statistics.method, target, note)
+        del operator
+    note += ": exact sums"
+    log.warning("not compressed: %s", note)
+    return with_measured_error(exact(note), tolerance, seed)

@@ -1,4 +1,4 @@
-"""The point kernel that is compressed: targets, sources and what one pair of them contributes."""
+"""The point kernel that is compressed: ``G`` between points in scaled positions, summed exactly."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 from . import _cluster_sum_kernels as kernels
 
 COINCIDENT = 1e-12  # distances below this fraction of the extent are the same point
-
-
 GROUP = 64  # targets of a direct sum that share a sweep
 
 
@@ -25,6 +23,9 @@ class PointKernel:
     ----------
     points : (n, 3) array
     normals : (n, 3) array, optional
+    within : float
+        Squared distance, in scaled positions, of points that count as coincident:
+        their pairs are skipped.
 
     Raises
     ------
@@ -34,7 +35,7 @@ class PointKernel:
 
     points: np.ndarray
     normals: np.ndarray | None = None
-    tiny: float = COINCIDENT**2
+    within: float = COINCIDENT**2
 
     def __post_init__(self) -> None:
         for name in ("points", "normals"):
@@ -93,7 +94,7 @@ class PointKernel:
         """Add sums between clusters of `ordered` points to ``y (k, 3, n)``."""
         kernels.cluster_sums(
             targets[0], target_ptr, sources[0], source_ptr, sources[1], partner_ptr, partners, x,
-            self.tiny, y,
+            self.within, y,
         )  # fmt: skip
 
     def rows(self, targets: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -110,7 +111,7 @@ class PointKernel:
             np.arange(count + 1),
             np.zeros(count, dtype=np.int64),
             np.ascontiguousarray(x),
-            self.tiny,
+            self.within,
             out,
         )
         return out

@@ -10,51 +10,48 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
 from ..near._closest_point_kernels import SMALLEST, bernstein
 
 VELOCITY, PRESSURE, STRESS, ANGLE, SIZE = 0, 3, 4, 10, 11
-FOUR_PI = 4.0 * np.pi
 BLOCK = 8  # points that share one set of buffers
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def add_single(r, f, inverse, out):
-    """A point force ``f``: [T 3.10a], its pressure and its stress."""
-    along = r[0] * f[0] + r[1] * f[1] + r[2] * f[2]
-    square = inverse * inverse
-    one = 0.5 * inverse / FOUR_PI
-    three = along * square * inverse / FOUR_PI
-    five = -3.0 * three * square
+def add_single(r, f, a, b, out):
+    """A point force ``f``: its velocity ``a f + b r (r . f)``, its pressure and its stress."""
+    along = b * (r[0] * f[0] + r[1] * f[1] + r[2] * f[2])
+    # the stress -3 r_i r_j (r . f) / 4 pi |r|^5 is a stresslet with the force as its normal
+    c = stresslet(OVER_8_PI, r[0], r[1], r[2], f[0], f[1], f[2], 0.0)
     for i in range(3):
-        out[VELOCITY + i] += one * (f[i] + along * square * r[i])
-    out[PRESSURE] += three
+        out[VELOCITY + i] += a * f[i] + along * r[i]
+    out[PRESSURE] += 2.0 * along
     k = STRESS
     for i in range(3):
         for j in range(i, 3):
-            out[k] += five * r[i] * r[j]
+            out[k] -= c * r[i] * r[j]
             k += 1
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def add_double(r, phi, n, inverse, out):
-    """A stresslet ``3/(4 pi) r (r . phi) (r . n) / r^5`` [T 3.10b], its pressure and stress."""
-    a = r[0] * phi[0] + r[1] * phi[1] + r[2] * phi[2]
-    b = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+def add_double(r, phi, n, square, b, out):
+    """A stresslet of strength phi and normal n, its pressure and stress; ``b = 1/(8 pi r^3)``."""
+    along = r[0] * phi[0] + r[1] * phi[1] + r[2] * phi[2]
+    flux = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
     g = phi[0] * n[0] + phi[1] * n[1] + phi[2] * n[2]
-    square = inverse * inverse
-    three = 3.0 * square * inverse / FOUR_PI
-    five = three * square
-    seven = -10.0 * five * square * a * b
+    c = along * stresslet(OVER_8_PI, r[0], r[1], r[2], n[0], n[1], n[2], 0.0)
+    five = 6.0 * b / square
+    seven = -10.0 * c / square
     for i in range(3):
-        out[VELOCITY + i] += five * a * b * r[i]
-    out[PRESSURE] += 2.0 * (five * a * b - three * g / 3.0)
+        out[VELOCITY + i] += c * r[i]
+    out[PRESSURE] += 2.0 * c - 4.0 * b * g
     k = STRESS
     for i in range(3):
         for j in range(i, 3):
-            value = (r[i] * phi[j] + r[j] * phi[i]) * b + (r[i] * n[j] + r[j] * n[i]) * a
+            value = (r[i] * phi[j] + r[j] * phi[i]) * flux + (r[i] * n[j] + r[j] * n[i]) * along
             out[k] += five * value + seven * r[i] * r[j]
             if i == j:
-                out[k] += 2.0 / 3.0 * three * g
+                out[k] += 4.0 * b * g
             k += 1
 
 
@@ -66,7 +63,6 @@ def add_source(x, y, n, w, f, u, wall, double, r, strength, out):
     square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
     if square == 0.0:
         return
-    inverse = 1.0 / np.sqrt(square)
     size = 0.0
     for c in range(3):
         size += n[c] * n[c]
@@ -74,13 +70,14 @@ def add_source(x, y, n, w, f, u, wall, double, r, strength, out):
     for c in range(3):
         strength[0, c] = f[c] * size
         strength[2, c] = n[c] * w
-    add_single(r, strength[0], inverse, out)
+    a, b = stokeslet(OVER_8_PI, r[0], r[1], r[2], 0.0)
+    add_single(r, strength[0], a, b, out)
     n0, n1, n2 = strength[2, 0], strength[2, 1], strength[2, 2]
-    out[ANGLE] -= (r[0] * n0 + r[1] * n1 + r[2] * n2) * inverse * inverse * inverse / FOUR_PI
+    out[ANGLE] -= 2.0 * b * (r[0] * n0 + r[1] * n1 + r[2] * n2)
     if double != 0.0:
         for c in range(3):
             strength[1, c] = double * (u[c] - wall[c])
-        add_double(r, strength[1], strength[2], inverse, out)
+        add_double(r, strength[1], strength[2], square, b, out)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -173,12 +170,8 @@ def fields(
     for block in prange((points.shape[0] + BLOCK - 1) // BLOCK):
         near = np.zeros(control.shape[0], np.bool_)
         geometry, tables = np.empty((4, g + 2)), np.empty((4, q + 2))
-        xs, ws, xt, wt = (
-            np.empty(longest),
-            np.empty(longest),
-            np.empty(longest),
-            np.empty(longest),
-        )
+        xs, ws = np.empty(longest), np.empty(longest)
+        xt, wt = np.empty(longest), np.empty(longest)
         y, along_s, along_t = np.empty(3), np.empty(3), np.empty(3)
         n, here, r, strength = np.empty(3), np.empty(6), np.empty(3), np.empty((3, 3))
         for p in range(block * BLOCK, min((block + 1) * BLOCK, points.shape[0])):
@@ -198,29 +191,12 @@ def fields(
             for k in range(indptr[p], indptr[p + 1]):
                 e, box = elements[k], boxes[pieces[k]]
                 near[e] = False
+                oblique, b1, b2 = found[k, 4], found[k, 2], found[k, 3]
                 n1 = split_line(
-                    rule,
-                    found[k, 4],
-                    found[k, 0],
-                    found[k, 2],
-                    box[0],
-                    box[1],
-                    nodes,
-                    weights,
-                    xs,
-                    ws,
+                    rule, oblique, found[k, 0], b1, box[0], box[1], nodes, weights, xs, ws
                 )
                 n2 = split_line(
-                    rule,
-                    found[k, 4],
-                    found[k, 1],
-                    found[k, 3],
-                    box[2],
-                    box[3],
-                    nodes,
-                    weights,
-                    xt,
-                    wt,
+                    rule, oblique, found[k, 1], b2, box[2], box[3], nodes, weights, xt, wt
                 )
                 for j in range(n2):
                     bernstein(g, xt[j], geometry[2], geometry[3])

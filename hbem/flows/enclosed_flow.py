@@ -1,33 +1,33 @@
-"""Stokes flow inside and outside a membrane, inflated through a patch or closed in a background.
+"""Stokes flow inside and outside a membrane, inflated through an inlet or closed in a background.
 
 ``V tau = (1 + lambda) / 2 u + (1 - lambda) K u - lambda u_inf``, ``<tau, n> = 0`` on the closed
-surface [T 5.4]; equal viscosities leave out the double layer K. On a patch the data are
+surface [T 5.4]; equal viscosities leave out the double layer K. On an inlet the data are
 ``u = -(phi(v) / int X) X n`` with the discrete flux ``phi(v)`` of the membrane velocity, so the
-total discrete flux vanishes and all but the background is linear in v:
-``R v = -m Psi^T W B S^-1 B^T W (Psi + patch) v`` (lambda = 1), m = varpi / Re.
+total discrete flux vanishes and all but the background is linear in v, see `enclosed_operator`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from ..compression.choice import Compression
+from ..layers.choice import Compression
+from ..layers.compressed_layer import CompressedSingleLayer
 from ..layers.layer import SingleLayer
 from ..layers.single_layer import single_layer
 from ..solvers.preconditioner_reuse import PreconditionerStore
-from ..solvers.saddle import DENSE_LIMIT, MassPreconditioner
+from ..solvers.saddle import DENSE_LIMIT
+from ..solvers.saddle_system import Builder, MassPreconditioner, SaddleSolution
 from ..solvers.schwarz import two_level_schwarz
 from ..surfaces.patches import SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from .enclosed_operator import EnclosedOperator
+from .enclosed_problem import EnclosedProblem, Profile, Velocity
+from .formulation import JumpFormulation
 
-Profile = Callable[[np.ndarray], np.ndarray]
-Velocity = Callable[[np.ndarray], np.ndarray]
-BUILDERS = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
+BUILDERS: dict[str, Builder] = {"schwarz": two_level_schwarz, "mass": MassPreconditioner}
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class EnclosedStokes:
     Parameters
     ----------
     patches : SurfacePatches
-        Membrane and inflow patch, closed together, normals outward.
+        Membrane and inlet, closed together, normals outward.
     inflow : (n_elements,) bool array
-        Elements of the inflow patch; none of a closed membrane.
+        Elements of the inlet; none of a closed membrane.
     profile : callable or None
         Inflow profile X on points ``(n, 3)``: ``(n,)``; the flow enters along the inward normal.
-        None exactly if there is no patch.
+        None exactly if there is no inlet.
     mass_ratio : float
         ``m = varpi / Re`` of the fluid inside.
     viscosity_ratio : float
@@ -67,8 +67,8 @@ class EnclosedStokes:
     ------
     ValueError
         A negative viscosity ratio, a mass ratio that is not positive, an inflow array that does
-        not fit or leaves no membrane, a patch without profile, a profile without patch, or a
-        background without outer fluid.
+        not fit or leaves no membrane, an inlet without profile, a profile without inlet, a
+        background without outer fluid, or an unknown preconditioner.
     """
 
     patches: SurfacePatches
@@ -86,30 +86,23 @@ class EnclosedStokes:
     background: Velocity | None = None
 
     def __post_init__(self) -> None:
-        inflow = np.asarray(self.inflow, dtype=bool)
-        object.__setattr__(self, "inflow", inflow)
-        if not (np.isfinite(self.viscosity_ratio) and self.viscosity_ratio >= 0.0):
-            raise ValueError(
-                f"viscosity_ratio must be finite and not negative, got {self.viscosity_ratio}"
-            )
-        if not self.mass_ratio > 0.0:
-            raise ValueError(f"mass_ratio must be positive, got {self.mass_ratio}")
-        if inflow.shape != (self.patches.n_elements,):
-            raise ValueError(
-                f"inflow must mark {self.patches.n_elements} elements, got shape {inflow.shape}"
-            )
-        if inflow.all():
-            raise ValueError("inflow must leave some elements to the membrane")
-        if inflow.any() != (self.profile is not None):
-            raise ValueError(
-                "an inflow patch needs a profile, a membrane without patch takes profile = None"
-            )
-        if self.background is not None and self.viscosity_ratio == 0.0:
-            raise ValueError("a background needs an outer fluid: viscosity_ratio above 0")
+        _ = self.problem  # checks what belongs to it
         if self.preconditioner not in BUILDERS:
             raise ValueError(
                 f"preconditioner must be 'schwarz' or 'mass', got {self.preconditioner!r}"
             )
+
+    @cached_property
+    def problem(self) -> EnclosedProblem:
+        """Patches, inlet, ratios and background, checked."""
+        return EnclosedProblem(
+            self.patches,
+            self.inflow,
+            self.profile,
+            self.mass_ratio,
+            self.viscosity_ratio,
+            self.background,
+        )
 
     @cached_property
     def store(self) -> PreconditionerStore:
@@ -121,26 +114,28 @@ class EnclosedStokes:
         """Figures of the latest compressed operator, and the worst errors so far."""
         return {}
 
-    def note(self, layer: SingleLayer, traction: np.ndarray | None = None) -> None:
-        """Keep the figures of a compressed operator, and its error on a traction just solved."""
-        if self.compression is None:
-            return
-        if traction is not None:
-            layer.measure_on(traction, self.compression.expected_gap_error)
-        found = layer.statistics()
-        worst = {
-            f"worst_{name}": max(found[name], self.statistics.get(f"worst_{name}", 0.0))
-            for name in ("achieved", "error_gap", "error_traction")
-            if found[name] == found[name]
-        }
-        self.statistics.update(found | worst)
-
     def reset(self) -> None:
         """Forget what is kept between geometries; runs do so at checkpoints."""
         self.store.drop()
 
     def assemble(self, coefficients: np.ndarray) -> EnclosedOperator:
-        """The flow on one configuration ``(n_coefficients, 3)``."""
+        """Assemble the flow on one configuration.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 3) array
+
+        Returns
+        -------
+        EnclosedOperator
+
+        Raises
+        ------
+        ValueError
+            Coefficients of the wrong shape or not finite.
+        MemoryError
+            A compressed operator above ``compression.memory``.
+        """
         layer = single_layer(
             self.patches,
             coefficients,
@@ -148,5 +143,32 @@ class EnclosedStokes:
             storage=self.storage,
             compression=self.compression,
         )
-        self.note(layer)
-        return EnclosedOperator(self, layer)
+        self._record(layer)
+        formulation = JumpFormulation(
+            layer,
+            self.viscosity_ratio,
+            self.orders,
+            self.tolerance,
+            self.store,
+            self.max_iterations,
+            self.dense_limit,
+        )
+
+        def on_solve(solved: SaddleSolution) -> None:
+            if solved.iterations:
+                self.store.note(solved.iterations)
+            self._record(layer)
+
+        return EnclosedOperator(self.problem, formulation, on_solve)
+
+    def _record(self, layer: SingleLayer) -> None:
+        """Keep the figures of a compressed operator and the worst of all so far."""
+        if not isinstance(layer, CompressedSingleLayer):
+            return
+        found = layer.statistics()
+        worst = {
+            f"worst_{name}": max(found[name], self.statistics.get(f"worst_{name}", 0.0))
+            for name in ("achieved", "error_gap", "error_traction")
+            if found[name] == found[name]
+        }
+        self.statistics.update(found | worst)

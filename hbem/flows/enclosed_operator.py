@@ -1,66 +1,61 @@
-"""The flow of `enclosed_flow` on one frozen configuration: tractions, loads, response."""
+"""An enclosed flow on one frozen configuration: tractions, loads, and the response.
+
+``R v = -m Psi^T W B S^-1 B^T W (Psi + inlet) v`` (lambda = 1) maps the membrane's velocity to the
+load on it; Psi evaluates velocities at the outer points, S is the saddle system of V [T 5.4].
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
-from scipy.sparse.linalg import aslinearoperator, splu
+from scipy.sparse.linalg import LinearOperator
 
-from ..layers.double_layer import DoubleLayer, double_layer
 from ..layers.layer import SingleLayer
-from ..response import Response
-from ..solvers.saddle import DenseSaddle, IterativeSaddle, SaddleSolution, saddle
+from ..solvers.saddle import DenseSaddle
+from ..solvers.saddle_system import SaddleSolution
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
-from .formulation import jump_data, needs_double_layer
-
-if TYPE_CHECKING:
-    from .enclosed_flow import EnclosedStokes
+from .enclosed_problem import EnclosedProblem
+from .formulation import JumpFormulation
 
 
 @dataclass(frozen=True)
 class EnclosedOperator:
-    """The flow on one frozen configuration; see `EnclosedStokes`.
+    """The flow on one frozen configuration; made by `hbem.EnclosedStokes.assemble`.
 
-    Attributes
+    Parameters
     ----------
-    model : EnclosedStokes
-    layer : SingleLayer
+    problem : EnclosedProblem
+    formulation : JumpFormulation
+    on_solve : callable
+        Receives the `SaddleSolution` of every traction.
     """
 
-    model: EnclosedStokes
-    layer: SingleLayer
+    problem: EnclosedProblem
+    formulation: JumpFormulation
+    on_solve: Callable[[SaddleSolution], None]
+
+    @property
+    def layer(self) -> SingleLayer:
+        return self.formulation.layer
 
     @property
     def surface(self) -> SampledSurface:
-        return self.layer.surface
+        return self.formulation.surface
 
     @cached_property
-    def system(self) -> DenseSaddle | IterativeSaddle:
-        m = self.model
-        return saddle(
-            self.layer,
-            self.surface.constraint,
-            self.surface.mass,
-            dense_limit=m.dense_limit if m.compression is None else 0,
-            tolerance=m.tolerance,
-            max_iterations=m.max_iterations,
-            preconditioner=m.store,
-        )
-
-    @cached_property
-    def _on_patch(self) -> np.ndarray:
-        return np.repeat(self.model.inflow, self.surface.outer.per_element)
+    def _on_inlet(self) -> np.ndarray:
+        return np.repeat(self.problem.inflow, self.surface.outer.per_element)
 
     @cached_property
     def evaluation(self) -> csr_matrix:
-        """Psi: coefficients to values at outer points, zero on the inflow patch."""
-        full = geometry_matrix(self.model.patches, self.surface.outer)
-        return (diags(1.0 - self._on_patch) @ full).tocsr()
+        """Psi: coefficients to values at outer points, zero on the inlet."""
+        full = geometry_matrix(self.problem.patches, self.surface.outer)
+        return (diags(1.0 - self._on_inlet) @ full).tocsr()
 
     @cached_property
     def coupling(self) -> csr_matrix:
@@ -76,12 +71,12 @@ class EnclosedOperator:
 
     @cached_property
     def _unit_influx(self) -> np.ndarray:
-        """Data on the patch for unit influx, at the outer points ``(n_points, 3)``."""
-        outer, inside = self.surface.outer, self._on_patch
+        """Data on the inlet for unit influx, at the outer points ``(n_points, 3)``."""
+        outer, inside = self.surface.outer, self._on_inlet
         values = np.zeros_like(outer.points)
-        if self.model.profile is None:
+        if self.problem.profile is None:
             return values
-        profile = np.asarray(self.model.profile(outer.points[inside]), dtype=float)
+        profile = np.asarray(self.problem.profile(outer.points[inside]), dtype=float)
         total = outer.weights[inside] @ profile
         if not total > 0.0:
             raise ValueError(f"the inflow profile integrates to {total:.3g}, expected > 0")
@@ -90,27 +85,8 @@ class EnclosedOperator:
 
     @cached_property
     def influx_data(self) -> np.ndarray:
+        """Tested velocity of a unit influx, ``(n_dofs, 3)``."""
         return self.surface.project(self._unit_influx)
-
-    @cached_property
-    def double(self) -> DoubleLayer | None:
-        """The double layer; None for equal viscosities."""
-        if not needs_double_layer(self.model.viscosity_ratio):
-            return None
-        return double_layer(self.surface, self.model.orders)
-
-    @cached_property
-    def _mass_factor(self):
-        return splu(self.surface.mass.tocsc())
-
-    def right_hand_side(self, tested: np.ndarray) -> np.ndarray:
-        """Data of the traction jump from tested velocities ``(3 n_dofs,)`` or ``(3 n_dofs, k)``."""
-        if self.double is None:
-            return tested
-        projected = self._mass_factor.solve(tested.reshape(self.surface.mass.shape[0], -1))
-        double = self.double if tested.ndim == 1 else aslinearoperator(self.double.dense())
-        ratio = self.model.viscosity_ratio
-        return jump_data(tested, ratio, double, projected.reshape(tested.shape))
 
     def flux(self, velocity: np.ndarray) -> float:
         """Discrete flux of ``velocity (n_coefficients, 3)`` out through the membrane."""
@@ -128,7 +104,7 @@ class EnclosedOperator:
         ValueError
             A velocity of the wrong shape.
         """
-        expected = (self.model.patches.n_coefficients, 3)
+        expected = (self.problem.patches.n_coefficients, 3)
         if np.shape(velocity) != expected:
             raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
         solved = self.solve(self.linear_data(velocity) - self._background_data)
@@ -143,31 +119,27 @@ class EnclosedOperator:
 
     def linear_data(self, velocity: np.ndarray) -> np.ndarray:
         """Right-hand side without background, ``(3 n_dofs,)``."""
-        data = self.coupling @ velocity + self.flux(velocity) * self.influx_data
-        return self.right_hand_side(data.ravel())
+        tested = self.coupling @ velocity + self.flux(velocity) * self.influx_data
+        return self.formulation.data(tested.ravel())
 
     @cached_property
-    def _background_data(self) -> np.ndarray | float:
-        """Tested ``lambda u_inf``."""
-        m = self.model
-        if m.background is None:
-            return 0.0
-        velocity = np.asarray(m.background(self.surface.outer.points), dtype=float)
-        return m.viscosity_ratio * self.surface.project(velocity).ravel()
+    def _background_data(self) -> np.ndarray:
+        """Tested ``lambda u_inf``, ``(3 n_dofs,)``."""
+        problem = self.problem
+        if problem.background is None:
+            return np.zeros(3 * problem.patches.n_dofs)
+        velocity = np.asarray(problem.background(self.surface.outer.points), dtype=float)
+        return problem.viscosity_ratio * self.surface.project(velocity).ravel()
 
     def solve(self, data: np.ndarray) -> SaddleSolution:
         """Traction jump for a right-hand side ``(3 n_dofs,)``."""
-        solved = self.system.solve(data)
-        if solved.iterations:
-            self.model.store.note(solved.iterations)
-        if "_measured" not in self.__dict__:  # once for each geometry
-            self.__dict__["_measured"] = True
-            self.model.note(self.layer, solved.solution.reshape(-1, 3))
+        solved = self.formulation.solve(data)
+        self.on_solve(solved)
         return solved
 
     def force(self, coefficients: np.ndarray) -> np.ndarray:
         """``-m <tau, rho>`` of a traction's coefficients ``(n_dofs, 3)``."""
-        return -self.model.mass_ratio * (self.coupling.T @ coefficients)
+        return -self.problem.mass_ratio * (self.coupling.T @ coefficients)
 
     def load(self, traction: Traction) -> np.ndarray:
         """Force ``-m <tau, rho>`` on the membrane, ``(n_coefficients, 3)``."""
@@ -175,10 +147,44 @@ class EnclosedOperator:
 
     def drive(self) -> np.ndarray | None:
         """Load of the background on the membrane at rest; None without background."""
-        if self.model.background is None:
+        if self.problem.background is None:
             return None
         return self.force(self.solve(-self._background_data).solution.reshape(-1, 3))
 
     def response(self) -> Response:
         """Velocity to load, ``3 n_coefficients`` square."""
         return Response(self)
+
+
+class Response(LinearOperator):
+    """The linear map ``load = R v`` (plus the drive) on interleaved coefficients ``3 a + i``."""
+
+    def __init__(self, operator: EnclosedOperator):
+        n = 3 * operator.problem.patches.n_coefficients
+        super().__init__(dtype=np.dtype(float), shape=(n, n))
+        self._operator = operator
+
+    def _matvec(self, x: np.ndarray) -> np.ndarray:
+        op = self._operator
+        solved = op.solve(op.linear_data(np.asarray(x).reshape(-1, 3)))
+        return op.force(solved.solution.reshape(-1, 3)).ravel()
+
+    def dense(self) -> np.ndarray:
+        """R as an array: one factorisation, one right-hand side a membrane velocity dof."""
+        op = self._operator
+        matrix = np.zeros(self.shape)
+        moving = np.flatnonzero(np.diff(op.coupling.tocsc().indptr))
+        columns = (3 * moving[:, None] + np.arange(3)).ravel()
+        coupling = op.coupling[:, moving].toarray()
+        data = np.einsum("ab,ik->aibk", coupling, np.eye(3)).reshape(-1, columns.size)
+        influx = np.outer(op.influx_data.ravel(), op.flux_form[moving].ravel())
+        tractions = self._solve(op.formulation.data(data + influx)).reshape(coupling.shape[0], -1)
+        load = -op.problem.mass_ratio * (coupling.T @ tractions)
+        matrix[np.ix_(columns, columns)] = load.reshape(columns.size, columns.size)
+        return matrix
+
+    def _solve(self, rhs: np.ndarray) -> np.ndarray:
+        system = self._operator.formulation.system
+        if isinstance(system, DenseSaddle):
+            return system.solve(rhs).solution
+        return np.stack([system.solve(column).solution for column in rhs.T], axis=1)

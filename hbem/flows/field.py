@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..near.closest_point import NearPairs, near_pairs
+from ..near.near_field import FULL
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import SampledSurface
@@ -21,14 +22,13 @@ from . import _field_kernels as kernels
 
 WALL = 1e-6  # relative distance below which a point is on the wall
 RULE = (8.0, 2.6)  # nodes on each side of the closest point: 8 + 2.6 ln(h / d)
-SYMMETRIC = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # components 00 01 02 11 12 22 to a matrix
 
 
 @dataclass(frozen=True)
 class FlowField:
     """A flow at points.
 
-    Attributes
+    Parameters
     ----------
     velocity : (n, 3) array
     pressure : (n,) array
@@ -79,6 +79,10 @@ def flow_field(
     orders : QuadratureOrders, optional
         Only its ``near_ball`` counts.
 
+    Returns
+    -------
+    FlowField
+
     Raises
     ------
     ValueError
@@ -99,10 +103,16 @@ def flow_field(
     inside = angle > 0.5
     if double != 0.0:
         out[inside, :3] -= double * walls[inside]
-    return _assembled(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
+    return _field_of(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
 
 
-def _check(surface, traction, points, velocity, viscosity_ratio) -> None:
+def _check(
+    surface: SampledSurface,
+    traction: np.ndarray,
+    points: np.ndarray,
+    velocity: np.ndarray | None,
+    viscosity_ratio: float,
+) -> None:
     shape = (surface.patches.n_dofs, 3)
     for name, array in (("traction", traction), ("velocity", velocity)):
         if array is not None and np.shape(array) != shape:
@@ -133,18 +143,24 @@ def _nearest(
     """Relative distance of the closest near piece (inf: none), traction and velocity there."""
     n = pairs.points.shape[0]
     size = surface.pieces.boxes[:, [1, 3]] - surface.pieces.boxes[:, [0, 2]]
-    distance = (pairs.found[:, 2:4] / size[pairs.pieces]).min(axis=1)
+    distance = (pairs.closest.distances / size[pairs.pieces]).min(axis=1)
     point = np.repeat(np.arange(n), np.diff(pairs.indptr))
     first = np.lexsort((distance, point))
     first = first[np.diff(point[first], prepend=-1) > 0]
     at_pair = np.empty((first.size, 6))
-    kernels.densities(pairs.elements[first], pairs.found[first], density, at_pair)
+    kernels.densities(pairs.elements[first], pairs.closest[first].rows, density, at_pair)
     nearest, values = np.full(n, np.inf), np.zeros((n, 6))
     nearest[point[first]], values[point[first]] = distance[first], at_pair
     return nearest, values
 
 
-def _sums(surface, pairs, density, double, walls) -> np.ndarray:
+def _sums(
+    surface: SampledSurface,
+    pairs: NearPairs,
+    density: np.ndarray,
+    double: float,
+    walls: np.ndarray,
+) -> np.ndarray:
     """All integrals at all points, ``(n, 11)``."""
     source, n = surface.source, surface.patches.n_elements
     table = tensor_bernstein(density.shape[1] - 1, source.s, source.t)
@@ -152,7 +168,7 @@ def _sums(surface, pairs, density, double, walls) -> np.ndarray:
     nodes, weights = gauss_tables()
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
     kernels.fields(
-        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.found,
+        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.closest.rows,
         surface.pieces.boxes, surface.control, density, source.points.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,
@@ -160,7 +176,15 @@ def _sums(surface, pairs, density, double, walls) -> np.ndarray:
     return out
 
 
-def _assembled(out, inside, wall, walls, ratio, points, background) -> FlowField:
+def _field_of(
+    out: np.ndarray,
+    inside: np.ndarray,
+    wall: np.ndarray,
+    walls: np.ndarray,
+    ratio: float,
+    points: np.ndarray,
+    background: Callable[[np.ndarray], np.ndarray] | None,
+) -> FlowField:
     velocity = out[:, :3]
     if background is not None:
         velocity = velocity + ratio * np.asarray(background(points), dtype=float)
@@ -175,5 +199,5 @@ def _assembled(out, inside, wall, walls, ratio, points, background) -> FlowField
     velocity = np.where(wall[:, None], walls, velocity)
     pressure = np.where(wall, np.nan, pressure)
     stress = np.where(wall[:, None], np.nan, stress)
-    matrix = stress[:, SYMMETRIC].reshape(-1, 3, 3)
+    matrix = stress[:, FULL].reshape(-1, 3, 3)
     return FlowField(velocity, pressure, matrix, inside, out[:, kernels.ANGLE], wall)

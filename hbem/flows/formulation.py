@@ -1,4 +1,4 @@
-"""Boundary integral formulations of Stokes flow: the right-hand sides of ``V tau = F``.
+"""Boundary integral formulations of Stokes flow, ``V tau = F``: data, system and solution.
 
 With n outward, ``lambda`` exterior over interior viscosity, tractions in units of the interior
 viscosity and ``tau_j = tau_i - tau_e``:
@@ -7,13 +7,24 @@ viscosity and ``tau_j = tau_i - tau_e``:
     exterior  V tau_e = -u/2 + K u + u_inf                          [T 5.3], outer viscosity
     jump      V tau_j = (1 + lambda)/2 u + (1 - lambda) K u - lambda u_inf     [T 5.4]
 
-The double layer K is needed only for ``lambda != 1``.
+The double layer K is needed only for ``lambda != 1``; ``<tau, n> = 0`` on each closed component.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse.linalg import LinearOperator, SuperLU, splu
+
+from ..layers.compressed_layer import CompressedSingleLayer
+from ..layers.double_layer import DoubleLayer, double_layer
+from ..layers.layer import SingleLayer
+from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle, saddle
+from ..solvers.saddle_system import Builder, SaddleSolution
+from ..surfaces.quadrature import QuadratureOrders
+from ..surfaces.surface_points import SampledSurface
 
 
 def needs_double_layer(viscosity_ratio: float) -> bool:
@@ -24,7 +35,7 @@ def needs_double_layer(viscosity_ratio: float) -> bool:
 def jump_data(
     velocity: np.ndarray,
     viscosity_ratio: float,
-    double: LinearOperator | None,
+    double: LinearOperator | np.ndarray | None,
     projected: np.ndarray | None = None,
     background: np.ndarray | float = 0.0,
 ) -> np.ndarray:
@@ -36,12 +47,16 @@ def jump_data(
         Tested boundary velocity ``<u, N_a>``.
     viscosity_ratio : float
         ``lambda``, exterior over interior; 0 is the interior problem.
-    double : LinearOperator or None
+    double : LinearOperator, (3 n_dofs, 3 n_dofs) array or None
         The double layer; not used for ``lambda = 1``.
     projected : array, optional
         Coefficients of u in the density space, ``M^-1`` times the tested velocity.
     background : array or float
         Tested velocity at infinity.
+
+    Returns
+    -------
+    array of the shape of ``velocity``
 
     Raises
     ------
@@ -67,3 +82,91 @@ def exterior_data(
 ) -> np.ndarray:
     """Right-hand side for the exterior traction, per outer viscosity [T 5.3]."""
     return -0.5 * velocity + double @ projected + background
+
+
+@dataclass(frozen=True)
+class JumpFormulation:
+    """The traction jump of [T 5.4] on one configuration.
+
+    Parameters
+    ----------
+    layer : SingleLayer
+        V; a compressed one is solved by GMRES at any size.
+    viscosity_ratio : float
+        ``lambda``.
+    orders : QuadratureOrders
+        Of the double layer, those of the single one.
+    tolerance : float
+        True relative residual of GMRES.
+    preconditioner : callable
+        Of GMRES, built from a `SaddleSystem`.
+    max_iterations : int
+    dense_limit : int
+        Unknowns up to which the system is solved by LU.
+    components : (n_dofs,) int array, optional
+        Closed component of each density function; default one.
+    """
+
+    layer: SingleLayer
+    viscosity_ratio: float
+    orders: QuadratureOrders
+    tolerance: float
+    preconditioner: Builder
+    max_iterations: int = 400
+    dense_limit: int = DENSE_LIMIT
+    components: np.ndarray | None = None
+
+    @property
+    def surface(self) -> SampledSurface:
+        return self.layer.surface
+
+    @cached_property
+    def double(self) -> DoubleLayer | None:
+        """K; None for equal viscosities."""
+        if not needs_double_layer(self.viscosity_ratio):
+            return None
+        return double_layer(self.surface, self.orders)
+
+    @cached_property
+    def system(self) -> DenseSaddle | IterativeSaddle:
+        """The saddle system of V and the constraints."""
+        compressed = isinstance(self.layer, CompressedSingleLayer)
+        return saddle(
+            self.layer,
+            self.surface.constraint,
+            self.surface.mass,
+            components=self.components,
+            dense_limit=0 if compressed else self.dense_limit,
+            tolerance=self.tolerance,
+            max_iterations=self.max_iterations,
+            preconditioner=self.preconditioner,
+        )
+
+    @cached_property
+    def _mass_factor(self) -> SuperLU:
+        return splu(self.surface.mass.tocsc())
+
+    def project(self, tested: np.ndarray) -> np.ndarray:
+        """Coefficients of the density with the integrals ``tested (n_dofs, k)``: same shape."""
+        return self._mass_factor.solve(tested)
+
+    def data(self, tested: np.ndarray, background: np.ndarray | float = 0.0) -> np.ndarray:
+        """Right-hand side for tested velocities, see `jump_data`: ``(3 n_dofs,)`` or with k."""
+        double: LinearOperator | np.ndarray | None = self.double
+        projected = None
+        if self.double is not None:
+            projected = self.project(tested.reshape(self.surface.patches.n_dofs, -1))
+            projected = projected.reshape(tested.shape)
+            double = self.double if tested.ndim == 1 else self.double.dense()
+        return jump_data(tested, self.viscosity_ratio, double, projected, background)
+
+    def solve(self, data: np.ndarray) -> SaddleSolution:
+        """Traction jump and multipliers for a right-hand side ``(3 n_dofs,)``.
+
+        Of a compressed layer the error is measured on the first traction found.
+        """
+        solved, layer = self.system.solve(data), self.layer
+        if isinstance(layer, CompressedSingleLayer) and np.isnan(layer.error_traction):
+            traction = solved.solution.reshape(-1, 3)
+            layer.measure_on(traction, layer.compression.expected_gap_error)
+        return solved

@@ -11,104 +11,27 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
 from ..accuracy import Budget, budget
-from ..layers.double_layer import DoubleLayer, double_layer
-from ..layers.layer import SingleLayer
-from ..layers.single_layer import single_layer
-from ..solvers.gmres import KrylovResult
-from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle, MassPreconditioner, saddle
+from ..layers.choice import STORED_LIMIT, choose
+from ..layers.single_layer import single_layer_on
+from ..solvers.saddle import DENSE_LIMIT
+from ..solvers.saddle_system import MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
 from ..surfaces.narrowest_gap import narrowest
 from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
-from .field import FlowField, flow_field
-from .formulation import jump_data, needs_double_layer
+from .formulation import JumpFormulation
+from .surface_traction import SurfaceTraction
 
 logger = logging.getLogger(__name__)
 Velocity = Callable[[np.ndarray], np.ndarray] | np.ndarray
-
-
-@dataclass(frozen=True)
-class SurfaceTraction:
-    """Traction of a flow.
-
-    Attributes
-    ----------
-    flow : StokesFlow
-    coefficients : (n_dofs, 3) array
-    zeta : (n_components,) array
-        Multipliers: quadrature and Krylov error of the flux, a health indicator.
-    result : KrylovResult
-    iterations : int
-    residual : float
-        True relative residual.
-    velocity : (n_points, 3) array
-        Boundary velocity at the points.
-    """
-
-    flow: StokesFlow
-    coefficients: np.ndarray
-    zeta: np.ndarray
-    result: KrylovResult
-    iterations: int
-    residual: float
-    velocity: np.ndarray
-
-    @cached_property
-    def values(self) -> np.ndarray:
-        """Traction at the points of the flow, ``(n_points, 3)``."""
-        return self.flow.surface.basis @ self.coefficients
-
-    def _integrals(self, density: np.ndarray) -> np.ndarray:
-        label, weights = self.flow.point_components, self.flow.weights
-        sums = np.zeros((label.max() + 1, density.shape[1]))
-        np.add.at(sums, label, weights[:, None] * density)
-        return sums
-
-    def force(self) -> np.ndarray:
-        """Force that each component exerts on the fluid, ``(n_components, 3)``."""
-        return self._integrals(self.values)
-
-    def torque(self, about: np.ndarray | None = None) -> np.ndarray:
-        """Torque on the fluid about a point (default: the origin), ``(n_components, 3)``."""
-        arm = self.flow.points - (np.zeros(3) if about is None else np.asarray(about))
-        return self._integrals(np.cross(arm, self.values))
-
-    def flux(self) -> np.ndarray:
-        """Flux of the boundary velocity out of each component, ``(n_components,)``."""
-        through = np.sum(self.velocity * self.flow.normals, axis=1)
-        return self._integrals(through[:, None])[:, 0]
-
-    def power(self) -> float:
-        """Work of the surfaces on the fluid ``<tau, u>``; the dissipation without background."""
-        return float(self.flow.weights @ np.sum(self.values * self.velocity, axis=1))
-
-    def field(self, points: np.ndarray) -> FlowField:
-        """Velocity, pressure and stress at points ``(n, 3)`` inside and outside.
-
-        Points on the surface get its velocity and NaN for the rest. Of a background flow the
-        velocity is included; pressure and stress are those of the layers.
-        """
-        flow, viscosity = self.flow, self.flow.viscosity
-        found = flow_field(
-            flow.surface,
-            self.coefficients / viscosity,
-            np.atleast_2d(np.asarray(points, dtype=float)),
-            velocity=flow.coefficients_of(self.velocity),
-            viscosity_ratio=flow.viscosity_ratio,
-            background=None if flow.background is None else flow.undisturbed,
-            orders=flow.orders,
-        )
-        scaled = {"pressure": viscosity * found.pressure, "stress": viscosity * found.stress}
-        return replace(found, **scaled)
 
 
 class StokesFlow:
@@ -121,8 +44,8 @@ class StokesFlow:
     coefficients : (n_coefficients, 3) array, optional
         Configuration; default that of the patches.
     tolerance : float
-        Relative traction error allowed to quadrature and Krylov iteration, beside that of the
-        mesh. A gap too thin for it gives a warning, in ``budget.warnings`` and the log.
+        Relative traction error allowed to quadrature, compression and Krylov iteration, beside
+        that of the mesh. A gap too thin for it gives a warning, in ``budget.warnings`` and the log.
     viscosity : float
         Of the fluid inside.
     viscosity_ratio : float
@@ -131,6 +54,10 @@ class StokesFlow:
         Undisturbed velocity of the outer fluid at points ``(n, 3)``; itself a Stokes flow.
     orders : QuadratureOrders, optional
         Overrides those that follow from the tolerance.
+    compression : {"auto", "dense", "aca", "h2"}
+        Of the single layer. ``auto`` stores up to 6000 unknowns densely and takes the cheapest of
+        direct sums, ACA and H2 beyond; ``dense`` never compresses. The double layer of unequal
+        viscosities is always summed directly.
 
     Attributes
     ----------
@@ -139,14 +66,17 @@ class StokesFlow:
     components : (n_dofs,) int array
         Closed component of each density function.
     budget : Budget
+        Tolerances that follow from ``tolerance`` and the narrowest gap.
+    compression : Compression or None
+        What was chosen; None for a dense matrix or direct sums.
 
     Raises
     ------
     SurfaceError
         An open surface, mixed orientation or inward normals.
     ValueError
-        A viscosity that is not positive, a negative ratio, a background without outer fluid, or
-        coefficients of the wrong shape.
+        A viscosity that is not positive, a negative ratio, a background without outer fluid,
+        coefficients of the wrong shape, or an unknown compression.
     """
 
     def __init__(
@@ -159,6 +89,7 @@ class StokesFlow:
         viscosity_ratio: float = 1.0,
         background: Velocity | None = None,
         orders: QuadratureOrders | None = None,
+        compression: str = "auto",
     ):
         _check(viscosity, viscosity_ratio, background)
         self.viscosity_ratio, self.background = viscosity_ratio, background
@@ -172,16 +103,24 @@ class StokesFlow:
         self.budget: Budget = budget(tolerance, gap.distance, gap.extent)
         for warning in self.budget.warnings:
             logger.warning(warning)
-        self.orders = self.budget.orders if orders is None else orders
+        self.orders = _orders(self.budget.orders, compression) if orders is None else orders
+        self.compression = choose(
+            compression,
+            self.budget.compression,
+            n_dofs=patches.n_dofs,
+            n_outer=patches.n_elements * self.orders.outer**2,
+            n_source=patches.n_elements * self.orders.source**2,
+        )
 
-    @cached_property
-    def layer(self) -> SingleLayer:
-        return single_layer(self.patches, self.coefficients, self.orders)
-
-    @cached_property
-    def double(self) -> DoubleLayer:
-        """Assembled only where the viscosities differ."""
-        return double_layer(self.layer.surface, self.orders)
+    def __repr__(self) -> str:
+        n, chosen = 3 * self.patches.n_dofs, self.compression
+        layer = "dense matrix" if n <= STORED_LIMIT else "direct sums"
+        if chosen is not None:
+            layer = f"{chosen.method} at {chosen.tolerance:.1e}"
+        lu = chosen is None and n <= DENSE_LIMIT
+        solver = "LU" if lu else f"GMRES ({self.budget.preconditioner})"
+        bodies = f"closed surfaces: {self.components.max() + 1}"
+        return f"StokesFlow({n} unknowns, {bodies}, {layer}, {solver})"
 
     @cached_property
     def surface(self) -> SampledSurface:
@@ -189,44 +128,45 @@ class StokesFlow:
         return sample(self.patches, self.coefficients, self.orders)
 
     @cached_property
-    def system(self) -> DenseSaddle | IterativeSaddle:
+    def formulation(self) -> JumpFormulation:
+        """Operators and linear system, built when first asked for."""
         schwarz = self.budget.preconditioner == "schwarz"
-        return saddle(
-            self.layer,
-            self.surface.constraint,
-            self.surface.mass,
+        return JumpFormulation(
+            single_layer_on(self.surface, self.orders, compression=self.compression),
+            self.viscosity_ratio,
+            self.orders,
+            self.budget.krylov,
+            two_level_schwarz if schwarz else MassPreconditioner,
             components=self.components,
-            dense_limit=DENSE_LIMIT,
-            tolerance=self.budget.krylov,
-            preconditioner=two_level_schwarz if schwarz else MassPreconditioner,
         )
 
     @property
     def points(self) -> np.ndarray:
+        """Quadrature points, ``(n_points, 3)``."""
         return self.surface.outer.points
 
     @property
     def normals(self) -> np.ndarray:
+        """Outward unit normals there, ``(n_points, 3)``."""
         return self.surface.outer.normals
 
     @property
     def weights(self) -> np.ndarray:
+        """Quadrature weights, surface element included, ``(n_points,)``."""
         return self.surface.outer.weights
 
-    @cached_property
-    def point_components(self) -> np.ndarray:
-        """Closed component of each point, ``(n_points,)``."""
-        first = self.patches.dofs[self.patches.indptr[:-1]]
-        return np.repeat(self.components[first], self.surface.outer.per_element)
-
     def traction(self, velocity: Velocity) -> SurfaceTraction:
-        """Traction for a boundary velocity.
+        """Solve for the traction of a boundary velocity.
 
         Parameters
         ----------
-        velocity : callable or (n_points, 3) array
+        velocity : callable, (n_points, 3) array or (3,) array
             A callable receives points ``(n, 3)``; arrays belong to `points`. A net flux out of
             a component cannot be: the fluid is incompressible, the solution then leaks it.
+
+        Returns
+        -------
+        SurfaceTraction
 
         Raises
         ------
@@ -234,41 +174,45 @@ class StokesFlow:
             A velocity of the wrong shape or not finite.
         """
         u = _at(velocity, self.points)
-        found = self.system.solve(self._data(u))
+        found = self.formulation.solve(self._data(u))
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
         return SurfaceTraction(
-            self,
             self.viscosity * found.solution.reshape(-1, 3),
             self.viscosity * np.atleast_1d(found.zeta),
             found.result,
             found.iterations,
             found.residual,
             u,
+            self.formulation,
+            self.viscosity,
+            None if self.background is None else self.undisturbed,
         )
 
     def undisturbed(self, points: np.ndarray) -> np.ndarray:
-        """Background velocity at points ``(n, 3)``."""
+        """Background velocity at points.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+
+        Returns
+        -------
+        (n, 3) array
+        """
         return np.zeros(points.shape) if self.background is None else _at(self.background, points)
-
-    def coefficients_of(self, values: np.ndarray) -> np.ndarray:
-        """Coefficients ``(n_dofs, 3)`` of the density closest to point values, in L2."""
-        return self._mass_factor.solve(self.surface.project(values))
-
-    @cached_property
-    def _mass_factor(self):
-        return splu(self.surface.mass.tocsc())
 
     def _data(self, u: np.ndarray) -> np.ndarray:
         """Right-hand side for the velocity u at the points, ``(3 n_dofs,)``."""
-        project = self.surface.project
-        double, projected = None, None
-        if needs_double_layer(self.viscosity_ratio):
-            double, projected = self.double, self.coefficients_of(u).ravel()
-        background = 0.0 if self.background is None else project(self.undisturbed(self.points))
-        return jump_data(
-            project(u).ravel(), self.viscosity_ratio, double, projected, np.ravel(background)
-        )
+        project, background = self.surface.project, np.zeros(3 * self.patches.n_dofs)
+        if self.background is not None:
+            background = project(self.undisturbed(self.points)).ravel()
+        return self.formulation.data(project(u).ravel(), background)
+
+
+def _orders(asked: QuadratureOrders, compression: str) -> QuadratureOrders:
+    """Orders of a budget; cross approximation needs one set of points, the finer one."""
+    return replace(asked, outer=asked.source, far=0) if compression == "aca" else asked
 
 
 def _check(viscosity: float, ratio: float, background: Velocity | None) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -48,18 +50,29 @@ def streamlines(
     return lines
 
 
-def _half(velocity, seed, side, length, tolerance, rest) -> np.ndarray:
+@dataclass(frozen=True)
+class _Stopped:
+    """Event of the integrator: the fluid is at rest, or there is none."""
+
+    velocity: Velocity
+    rest: float
+    terminal: ClassVar[bool] = True
+
+    def __call__(self, _: float, x: np.ndarray) -> float:
+        speed = float(np.linalg.norm(self.velocity(x[None])[0]))
+        return speed - self.rest if np.isfinite(speed) else -1.0
+
+
+def _half(
+    velocity: Velocity, seed: np.ndarray, side: int, length: float, tolerance: float, rest: float
+) -> np.ndarray:
     def slope(_: float, x: np.ndarray) -> np.ndarray:
         u = velocity(x[None])[0]
         speed = np.linalg.norm(u)
         return side * u / speed if speed > rest else np.zeros(3)
 
-    def stopped(_: float, x: np.ndarray) -> float:
-        speed = np.linalg.norm(velocity(x[None])[0])
-        return speed - rest if np.isfinite(speed) else -1.0
-
-    stopped.terminal = True
+    end = _Stopped(velocity, rest)
     found = solve_ivp(
-        slope, (0.0, length), seed, rtol=tolerance, atol=tolerance * length, events=stopped
+        slope, (0.0, length), seed, rtol=tolerance, atol=tolerance * length, events=end
     )
     return found.y.T

@@ -1,7 +1,8 @@
 """Compiled dense blocks of the plain far operator ``B^T W G W B`` between some density functions.
 
-Element by element as in the dense assembly: targets contiguous, source functions one at a time.
-The point kernel is symmetric, so where both sides use the same points half of the pairs suffice.
+B are the density functions at quadrature points, W their weights, G the Stokeslet. Element by
+element as in the dense assembly: targets contiguous, source functions one at a time. G is
+symmetric, so where both sides use the same points half of the pairs suffice.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ._dense_layer_kernels import add_sources, target_kernels
+from .._stokes_kernels import OVER_8_PI, stokeslet_components
+from ._dense_layer_kernels import add_sources
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -83,7 +85,8 @@ def plain_block(
             for j in range(first, last):
                 f = elements[j]
                 for q in range(nq):
-                    target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
+                    strength = OVER_8_PI * weights[f, q]
+                    stokeslet_components(strength, targets[e], sources[f, q], tiny, kernel[q])
                 for row in range(table_indptr[f], table_indptr[f + 1]):
                     b = local[row]
                     if b >= 0:

@@ -1,8 +1,9 @@
 """Compiled dense assembly of the plain part of the single layer.
 
-``B^T W G W B``: one target element at a time, targets contiguous, so that every
-inner loop is a plain vector operation; then test functions, one density function at a time.
-Each target element and each function writes its own rows: results do not depend on threads.
+``B^T W G W B`` with the density functions B at quadrature points, their weights W and the
+Stokeslet G: one target element at a time, targets contiguous, so that every inner loop is a plain
+vector operation; then test functions, one density function at a time. Each target element and each
+function writes its own rows: results do not depend on threads.
 """
 
 from __future__ import annotations
@@ -10,25 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-EIGHT_PI = 8.0 * np.pi
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def target_kernels(targets, y, weight, tiny, kernel):
-    """Six weighted kernel components ``(6, n_t)`` between targets ``(3, n_t)`` and one source."""
-    for t in range(targets.shape[1]):
-        r0, r1, r2 = targets[0, t] - y[0], targets[1, t] - y[1], targets[2, t] - y[2]
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        inverse = 1.0 / np.sqrt(max(square, tiny))
-        one = weight * inverse * (1.0 / EIGHT_PI)
-        one = one if square > tiny else 0.0
-        three = one * inverse * inverse
-        kernel[0, t] = one + three * r0 * r0
-        kernel[1, t] = three * r0 * r1
-        kernel[2, t] = three * r0 * r2
-        kernel[3, t] = one + three * r1 * r1
-        kernel[4, t] = three * r1 * r2
-        kernel[5, t] = one + three * r2 * r2
+from .._stokes_kernels import OVER_8_PI, stokeslet_components
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -69,7 +52,8 @@ def source_columns(targets, sources, weights, values, table_indptr, dofs, tiny, 
         out[:] = 0.0
         for f in range(sources.shape[0]):
             for q in range(nq):
-                target_kernels(targets[e], sources[f, q], weights[f, q], tiny, kernel[q])
+                strength = OVER_8_PI * weights[f, q]
+                stokeslet_components(strength, targets[e], sources[f, q], tiny, kernel[q])
             for row in range(table_indptr[f], table_indptr[f + 1]):
                 add_sources(values[row], flat, out[dofs[row]])
 

@@ -1,6 +1,7 @@
-"""Compiled plain point sums of the double layer ``3 / 4 pi r_i r_k (r . n) / r^5`` [T 3.10b].
+"""Compiled plain point sums of the double layer: stresslets [T 3.10b] of weighted normals.
 
-Targets come in blocks of `BLOCK`, padded, one vector operation a source, as for the single layer.
+Targets come in blocks of `BLOCK`, the last one filled up with copies of its last target: one
+vector operation a source, as for the single layer.
 """
 
 from __future__ import annotations
@@ -8,41 +9,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from .._stokes_kernels import OVER_8_PI, stresslet, stresslet_components
 from ._point_sum_kernels import BLOCK
-
-FOUR_PI_THIRD = 4.0 * np.pi / 3.0
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def double_components(x, y, normal, tiny, kernel):
-    """Six components between a weighted normal at y and all targets of a block."""
-    y0, y1, y2 = y[0], y[1], y[2]
-    n0, n1, n2 = normal[0] / FOUR_PI_THIRD, normal[1] / FOUR_PI_THIRD, normal[2] / FOUR_PI_THIRD
-    for t in range(BLOCK):
-        r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        inverse = 1.0 / (square if square > tiny else tiny)
-        five = (r0 * n0 + r1 * n1 + r2 * n2) * inverse * inverse * np.sqrt(inverse)
-        five = five if square > tiny else 0.0
-        kernel[0, t] = five * r0 * r0
-        kernel[1, t] = five * r0 * r1
-        kernel[2, t] = five * r0 * r2
-        kernel[3, t] = five * r1 * r1
-        kernel[4, t] = five * r1 * r2
-        kernel[5, t] = five * r2 * r2
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def add_double(x, y, normal, strengths, tiny, r, five, out):
     """Stresslets of k strengths (k, 3) at y, at all targets of a block; r and five are scratch."""
     y0, y1, y2 = y[0], y[1], y[2]
-    n0, n1, n2 = normal[0] / FOUR_PI_THIRD, normal[1] / FOUR_PI_THIRD, normal[2] / FOUR_PI_THIRD
+    n0, n1, n2 = normal[0], normal[1], normal[2]
     for t in range(BLOCK):
         r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        inverse = 1.0 / (square if square > tiny else tiny)
-        value = (r0 * n0 + r1 * n1 + r2 * n2) * inverse * inverse * np.sqrt(inverse)
-        five[t] = value if square > tiny else 0.0
+        five[t] = stresslet(OVER_8_PI, r0, r1, r2, n0, n1, n2, tiny)
         r[0, t], r[1, t], r[2, t] = r0, r1, r2
     for k in range(strengths.shape[0]):
         f0, f1, f2 = strengths[k, 0], strengths[k, 1], strengths[k, 2]
@@ -80,7 +58,7 @@ def kernel_sums(targets, sources, normals, tiny, out):
         kernel = np.empty((6, BLOCK))
         out[b] = 0.0
         for q in range(sources.shape[0]):
-            double_components(targets[b], sources[q], normals[q], tiny, kernel)
+            stresslet_components(OVER_8_PI, targets[b], sources[q], normals[q], tiny, kernel)
             for c in range(6):
                 for t in range(BLOCK):
                     out[b, c, t] += kernel[c, t]
@@ -90,4 +68,4 @@ def kernel_sums(targets, sources, normals, tiny, out):
 def double_matrix(targets, sources, normals, tiny, out):
     """Components of one block of targets with every source: ``out (6, n_sources, BLOCK)``."""
     for q in prange(sources.shape[0]):
-        double_components(targets, sources[q], normals[q], tiny, out[:, q])
+        stresslet_components(OVER_8_PI, targets, sources[q], normals[q], tiny, out[:, q])

@@ -1,7 +1,8 @@
 """Compiled plain point sums: every target with every source, kernel values never stored.
 
-Targets come in blocks of `BLOCK`, padded, one vector operation a source; sources outermost. The
-sum over sources runs in order for every target: results do not depend on threads.
+Targets come in blocks of `BLOCK`, the last one filled up with copies of its last target: one
+vector operation a source; sources outermost. The sum over sources runs in order for every target:
+results do not depend on threads.
 """
 
 from __future__ import annotations
@@ -9,26 +10,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from .._stokes_kernels import OVER_8_PI, stokeslet
+
 BLOCK = 64  # targets that share a sweep over the sources
 SOURCES = 20  # sources whose kernel values are held at a time for many strengths
-EIGHT_PI = 8.0 * np.pi
-FOUR_PI = 4.0 * np.pi
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def add_single(x, y, f, tiny, out):
     """Stokeslet of strength f (3,) at y, at all targets of a block: ``x (3, BLOCK)``."""
     y0, y1, y2 = y[0], y[1], y[2]
-    f0, f1, f2 = f[0] / EIGHT_PI, f[1] / EIGHT_PI, f[2] / EIGHT_PI
+    f0, f1, f2 = OVER_8_PI * f[0], OVER_8_PI * f[1], OVER_8_PI * f[2]
     for t in range(BLOCK):
         r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        one = 1.0 / np.sqrt(square if square > tiny else tiny)
-        one = one if square > tiny else 0.0
-        along = (r0 * f0 + r1 * f1 + r2 * f2) * one * one
-        out[0, t] += one * (f0 + along * r0)
-        out[1, t] += one * (f1 + along * r1)
-        out[2, t] += one * (f2 + along * r2)
+        a, b = stokeslet(1.0, r0, r1, r2, tiny)
+        along = (r0 * f0 + r1 * f1 + r2 * f2) * b
+        out[0, t] += a * f0 + along * r0
+        out[1, t] += a * f1 + along * r1
+        out[2, t] += a * f2 + along * r2
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
@@ -38,7 +37,7 @@ def single_layer_sums(targets, sources, strengths, tiny, out):
     Parameters
     ----------
     targets, out : (n_blocks, 3, BLOCK) array
-        Padded targets; the result, overwritten.
+        Targets; the result, overwritten.
     sources : (n_sources, 3) array
     """
     for b in prange(targets.shape[0]):
@@ -55,10 +54,7 @@ def kernel_rows(x, y, tiny, rows):
         g = rows[q]
         for t in range(BLOCK):
             r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-            square = r0 * r0 + r1 * r1 + r2 * r2
-            one = 1.0 / (EIGHT_PI * np.sqrt(square if square > tiny else tiny))
-            one = one if square > tiny else 0.0
-            three = one / (square if square > tiny else tiny)
+            one, three = stokeslet(OVER_8_PI, r0, r1, r2, tiny)
             g[0, 0, t] = one + three * r0 * r0
             g[1, 1, t] = one + three * r1 * r1
             g[2, 2, t] = one + three * r2 * r2

@@ -13,16 +13,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from ..compression.choice import Compression
 from ..compression.h2matrix import h2matrix
 from ..compression.hmatrix import hmatrix
 from ..compression.operator import Compressed
 from ..near.near_field import NearField
 from ..surfaces.surface_points import SampledSurface
+from .choice import Compression
 from .dense_layer import dense_matrix
 from .layer import SingleLayer
-
-METHODS = {"aca": hmatrix, "h2": h2matrix}
 
 log = logging.getLogger(__name__)
 
@@ -34,13 +32,19 @@ class CompressedSingleLayer(SingleLayer):
     ----------
     plain : Compressed
         ``(W B)^T G (W B)``; its ``statistics`` tell error, ranks, bytes and seconds.
+    compression : Compression
+        What was asked for.
     error_gap, error_traction : float
-        Measured on gap-opposed densities and on a solved traction, relative to ``|A x|``.
+        Measured on gap-opposed densities and on a solved traction, relative to ``|A x|``;
+        NaN before.
     """
 
-    def __init__(self, surface: SampledSurface, near: NearField, plain: Compressed):
+    def __init__(
+        self, surface: SampledSurface, near: NearField, plain: Compressed, compression: Compression
+    ):
         super().__init__(surface, near)
-        self.plain, self.error_gap, self.error_traction = plain, np.nan, np.nan
+        self.plain, self.compression = plain, compression
+        self.error_gap, self.error_traction = np.nan, np.nan
 
     def dense(self) -> np.ndarray:
         return dense_matrix(self.surface, self.near)
@@ -86,7 +90,7 @@ class CompressedSingleLayer(SingleLayer):
             "error_traction": self.error_traction,
         }
 
-    def __getitem__(self, key: object) -> None:
+    def __getitem__(self, key: int | slice | tuple) -> None:
         self.plain[key]
 
     def __repr__(self) -> str:
@@ -117,19 +121,27 @@ def compressed_single_layer(
     MemoryError
         A forecast above ``compression.memory``.
     """
-    options = {"seed": compression.seed, "memory": compression.memory}
-    points, basis = surface.outer.points, weighted_basis(surface)
-    if surface.source is not surface.outer:
-        if compression.method != "h2":
-            raise ValueError(
-                "compression by ACA needs equal outer and source points: set far = 0 in the "
-                'quadrature orders, or compression = "h2"'
-            )
-        points, basis, options["test"] = _joined(surface)
-    plain = METHODS[compression.method](points, compression.tolerance, basis=basis, **options)
-    layer = CompressedSingleLayer(surface, near, plain)
+    layer = CompressedSingleLayer(surface, near, _plain(surface, compression), compression)
     layer.measure_gap(compression.expected_gap_error, compression.seed)
     return layer
+
+
+def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
+    """The plain part by the method asked for."""
+    tolerance, seed, memory = compression.tolerance, compression.seed, compression.memory
+    one_set = surface.source is surface.outer
+    if compression.method == "h2":
+        points, basis, test = (
+            (surface.outer.points, weighted_basis(surface), None) if one_set else _join(surface)
+        )
+        return h2matrix(points, tolerance, basis=basis, test=test, seed=seed, memory=memory)
+    if not one_set:
+        raise ValueError(
+            "compression by ACA needs equal outer and source points: set far = 0 in the "
+            'quadrature orders, or compression = "h2"'
+        )
+    basis = weighted_basis(surface)
+    return hmatrix(surface.outer.points, tolerance, basis=basis, seed=seed, memory=memory)
 
 
 def weighted_basis(surface: SampledSurface) -> csr_matrix:
@@ -150,7 +162,7 @@ def gap_opposed(surface: SampledSurface) -> np.ndarray:
     return normals * positions[:, axis : axis + 1]
 
 
-def _joined(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
+def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
     """Outer and source points as one set, with the functions of sources and of tests."""
     outer, source = surface.outer, surface.source
     n = surface.patches.n_dofs

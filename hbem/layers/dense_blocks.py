@@ -1,7 +1,8 @@
 """Exact dense blocks of a single layer that is not stored: plain far part plus near entries.
 
-``A[p, p] = (B^T W G W B)[p, p] + N[p, p]`` for a few hundred density functions p, the patch
-matrices of a Schwarz preconditioner. Rough ones (one point an element) triple its iterations.
+``A[p, p] = (B^T W G W B)[p, p] + N[p, p]`` for a few hundred density functions p, the
+subdomain matrices of a Schwarz preconditioner. Rough ones (one point an element) triple its
+iterations.
 """
 
 from __future__ import annotations
@@ -9,26 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from .._threads_kernels import workers
-from ..near.near_rules import coincidence
-from ..surfaces.bernstein import tensor_bernstein
-from ..surfaces.surface_points import PointSet, SampledSurface
+from ..near.near_field import NearField, table_values
+from ..near.near_rules import coincident_distance_squared
+from ..surfaces.surface_points import SampledSurface
 from . import _dense_block_kernels as kernels
 
-Use = Callable[[int, np.ndarray], np.ndarray]  # number of a patch and its block
+Consume = Callable[[int, np.ndarray], np.ndarray]  # number of a subdomain and its block
 COMPONENTS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-
-
-class NearEntries(Protocol):
-    """What the near field adds to the plain operator, between density functions."""
-
-    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """Dense ``(len(rows), len(columns), 6)``."""
 
 
 def vector_dofs(functions: np.ndarray) -> np.ndarray:
@@ -43,17 +36,41 @@ def interleave(components: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
+class DensityTables:
+    """Density functions of a surface in the layout of the kernels, by table row."""
+
+    surface: SampledSurface
+
+    @cached_property
+    def outer_values(self) -> np.ndarray:
+        return table_values(self.surface, self.surface.outer)
+
+    @cached_property
+    def source_values(self) -> np.ndarray:
+        same = self.surface.source is self.surface.outer
+        return self.outer_values if same else table_values(self.surface, self.surface.source)
+
+    @cached_property
+    def indptr(self) -> np.ndarray:
+        return np.ascontiguousarray(self.surface.patches.indptr, dtype=np.int64)
+
+    @cached_property
+    def dofs(self) -> np.ndarray:
+        return np.ascontiguousarray(self.surface.patches.dofs, dtype=np.int64)
+
+
+@dataclass(frozen=True)
 class ExactBlocks:
     """Blocks of one operator.
 
     Parameters
     ----------
     surface : SampledSurface
-    near : NearEntries
+    near : NearField
     """
 
     surface: SampledSurface
-    near: NearEntries
+    near: NearField
 
     def __call__(self, functions: np.ndarray) -> np.ndarray:
         """The block ``(3 n, 3 n)`` of some density functions."""
@@ -66,23 +83,29 @@ class ExactBlocks:
             elements,
             self._targets,
             outer.weights.reshape(p.n_elements, -1),
-            self._outer_values,
+            self._tables.outer_values,
             source.points.reshape(p.n_elements, -1, 3),
             source.weights.reshape(p.n_elements, -1),
-            self._source_values,
-            self._indptr,
+            self._tables.source_values,
+            self._tables.indptr,
             position[p.dofs],
             source is outer,
-            coincidence(self.surface),
+            coincident_distance_squared(self.surface),
             block,
         )
         return interleave(block + self.near.components(functions, functions))
 
-    def many(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
-        """``use(k, block)`` of every patch, on all threads; no block outlives its use."""
-        _ = self._outer_values, self._source_values, self._carriers, self._targets, self._indptr
+    def map_blocks(self, subdomains: Sequence[np.ndarray], consume: Consume) -> list[np.ndarray]:
+        """``consume(k, block)`` of every subdomain, on all threads; the block is then freed."""
+        tables = self._tables
+        _ = tables.outer_values, tables.source_values, tables.indptr, self._carriers, self._targets
         with workers() as pool:
-            return list(pool.map(lambda k: use(k, self(patches[k])), range(len(patches))))
+            count = range(len(subdomains))
+            return list(pool.map(lambda k: consume(k, self(subdomains[k])), count))
+
+    @cached_property
+    def _tables(self) -> DensityTables:
+        return DensityTables(self.surface)
 
     @cached_property
     def _carriers(self) -> csr_matrix:
@@ -97,19 +120,3 @@ class ExactBlocks:
         n = self.surface.patches.n_elements
         points = self.surface.outer.points.reshape(n, -1, 3)
         return np.ascontiguousarray(np.swapaxes(points, 1, 2))
-
-    @cached_property
-    def _indptr(self) -> np.ndarray:
-        return np.ascontiguousarray(self.surface.patches.indptr, dtype=np.int64)
-
-    @cached_property
-    def _outer_values(self) -> np.ndarray:
-        return self._values(self.surface.outer)
-
-    @cached_property
-    def _source_values(self) -> np.ndarray:
-        return self._values(self.surface.source)
-
-    def _values(self, points: PointSet) -> np.ndarray:
-        patches = self.surface.patches
-        return patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T

@@ -1,19 +1,19 @@
-"""The single layer as a dense matrix."""
+"""The single layer as a dense matrix ``B^T W (G W B + C_near)`` [T 3.10a]: small systems.
+
+The plain part is summed in chunks of target elements, then the near field is added.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from ..near.near_field import NearField, table_values
-from ..near.near_rules import coincidence
-from ..solvers.coarse_level import CoarseSpace
+from ..near.near_field import NearField
+from ..near.near_rules import coincident_distance_squared
 from ..surfaces.surface_points import SampledSurface
 from . import _dense_layer_kernels as kernels
-from .dense_blocks import Use, vector_dofs
+from .dense_blocks import Consume, DensityTables, vector_dofs
 from .layer import SingleLayer
 
 CHUNK_BYTES = 48e6  # intermediate columns held at a time
@@ -29,13 +29,9 @@ class StoredSingleLayer(SingleLayer):
     def dense(self) -> np.ndarray:
         return self._matrix
 
-    def blocks(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
-        parts = map(vector_dofs, patches)
-        return [use(k, self._matrix[np.ix_(d, d)]) for k, d in enumerate(parts)]
-
-    def image(self, coarse: CoarseSpace) -> np.ndarray:
-        # rows of a transposed product: both factors are then read in their storage order
-        return np.asarray(coarse.densities.T.tocsr() @ self._matrix.T).T
+    def blocks(self, subdomains: Sequence[np.ndarray], consume: Consume) -> list[np.ndarray]:
+        parts = map(vector_dofs, subdomains)
+        return [consume(k, self._matrix[np.ix_(d, d)]) for k, d in enumerate(parts)]
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix @ x
@@ -51,8 +47,9 @@ def dense_matrix(surface: SampledSurface, near: NearField) -> np.ndarray:
     """Plain part and near field as one matrix."""
     n = surface.patches.n_dofs
     matrix = np.zeros((n, n, 6))
-    tables = _Tables(surface)
-    chunk = tables.chunk()
+    tables = DensityTables(surface)
+    # target elements of a sweep, so that intermediates stay within bounds
+    chunk = max(1, int(CHUNK_BYTES / (surface.outer.per_element * 48 * n)))
     for first in range(0, surface.patches.n_elements, chunk):
         last = min(first + chunk, surface.patches.n_elements)
         _add_plain(surface, tables, slice(first, last), matrix)
@@ -71,37 +68,8 @@ def _interleave(matrix: np.ndarray) -> np.ndarray:
     return full.reshape(3 * n, 3 * n)
 
 
-@dataclass(frozen=True)
-class _Tables:
-    """Arrays of a surface in the layout of the kernels."""
-
-    surface: SampledSurface
-
-    def chunk(self) -> int:
-        """Target elements per sweep, so that intermediates stay within `CHUNK_BYTES`."""
-        per_element = self.surface.outer.per_element * 48 * self.surface.patches.n_dofs
-        return max(1, int(CHUNK_BYTES / per_element))
-
-    @cached_property
-    def outer_values(self) -> np.ndarray:
-        return table_values(self.surface, self.surface.outer)
-
-    @cached_property
-    def source_values(self) -> np.ndarray:
-        same = self.surface.source is self.surface.outer
-        return self.outer_values if same else table_values(self.surface, self.surface.source)
-
-    @cached_property
-    def indptr(self) -> np.ndarray:
-        return np.ascontiguousarray(self.surface.patches.indptr, dtype=np.int64)
-
-    @cached_property
-    def dofs(self) -> np.ndarray:
-        return np.ascontiguousarray(self.surface.patches.dofs, dtype=np.int64)
-
-
 def _add_plain(
-    surface: SampledSurface, tables: _Tables, targets: slice, matrix: np.ndarray
+    surface: SampledSurface, tables: DensityTables, targets: slice, matrix: np.ndarray
 ) -> None:
     """Add the plain part ``B^T W G W B`` of some target elements."""
     outer, source = surface.outer, surface.source
@@ -115,7 +83,7 @@ def _add_plain(
         tables.source_values,
         tables.indptr,
         tables.dofs,
-        coincidence(surface),
+        coincident_distance_squared(surface),
         columns,
     )
     weights = outer.weights.reshape(n, -1)

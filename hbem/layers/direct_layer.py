@@ -1,10 +1,10 @@
-"""The single layer summed directly at each application: nothing stored but the near field."""
+"""The single layer summed directly at every product: nothing is stored but the near field."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..near.near_rules import coincidence
+from ..near.near_rules import coincident_distance_squared
 from .dense_layer import dense_matrix
 from .layer import SingleLayer
 from .point_sums import single_layer_sums
@@ -30,5 +30,7 @@ class DirectSingleLayer(SingleLayer):
         values = self.surface.source_basis @ x.reshape(x.shape[0], -1)
         strengths = (source.weights[:, None] * values).reshape(-1, 3, k)
         strengths = strengths[:, :, 0] if k == 1 else strengths
-        sums = single_layer_sums(outer.points, source.points, strengths, coincidence(self.surface))
+        sums = single_layer_sums(
+            outer.points, source.points, strengths, coincident_distance_squared(self.surface)
+        )
         return self.surface.project(sums.reshape(sums.shape[0], -1)).reshape(x.shape)

@@ -11,15 +11,16 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator
 
-from ..near.closest_point import outer_pairs
+from ..near.closest_point import NearPairs, outer_pairs
 from ..near.near_field import FULL, NearField, assemble
-from ..near.near_rules import Layer, coincidence, near_moments
+from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _double_layer_kernels as kernels
-from .point_sums import padded
+from .point_sums import pad_to_blocks
 
 
 class DoubleLayer(LinearOperator):
@@ -27,7 +28,7 @@ class DoubleLayer(LinearOperator):
 
     Products sum the far field directly; `dense` assembles the matrix once, for many of them.
 
-    Attributes
+    Parameters
     ----------
     surface : SampledSurface
     near : NearField
@@ -46,7 +47,12 @@ class DoubleLayer(LinearOperator):
         return float(np.abs(self.defect).max())
 
     def dense(self) -> np.ndarray:
-        """The matrix ``(3 n_dofs, 3 n_dofs)``."""
+        """Assemble the matrix, once; products then use it.
+
+        Returns
+        -------
+        (3 n_dofs, 3 n_dofs) array
+        """
         return self._matrix
 
     @cached_property
@@ -74,14 +80,27 @@ class DoubleLayer(LinearOperator):
 
 
 def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLayer:
-    """Assemble the near field of the double layer on a sampled surface."""
+    """Assemble the double layer on a sampled surface: its near field and the Gauss defect.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+        Closed, normals outward.
+    orders : QuadratureOrders
+        Those of the surface.
+
+    Returns
+    -------
+    DoubleLayer
+        Operator ``(3 n_dofs, 3 n_dofs)``.
+    """
     n = surface.outer.points.shape[0]
     pairs = outer_pairs(surface, orders, slice(0, n))
     defect = plain_kernel(surface)
     defect[:, [0, 3, 5]] += 0.5
     start = 0
 
-    def moments(part):
+    def moments(part: NearPairs) -> np.ndarray:
         nonlocal start
         found = near_moments(surface, part, orders, Layer.DOUBLE, minus_plain=True)
         point_of = np.repeat(np.arange(part.indptr.size - 1), np.diff(part.indptr))
@@ -106,24 +125,26 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
     (n_points, 3, k) array
     """
     source, outer = surface.source, surface.outer
-    x, strengths = padded(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
+    x, strengths = pad_to_blocks(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.double_sums(x, source.points, normals, strengths, coincidence(surface), out)
+    kernels.double_sums(
+        x, source.points, normals, strengths, coincident_distance_squared(surface), out
+    )
     shape = (x.shape[0] * kernels.BLOCK, 3, strengths.shape[1])
     return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.points.shape[0]]
 
 
 def plain_kernel(surface: SampledSurface) -> np.ndarray:
     """Plain sums of the kernel itself at the outer points, ``(n_points, 6)``."""
-    source, x = surface.source, padded(surface.outer.points)
+    source, x = surface.source, pad_to_blocks(surface.outer.points)
     out = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.kernel_sums(x, source.points, normals, coincidence(surface), out)
+    kernels.kernel_sums(x, source.points, normals, coincident_distance_squared(surface), out)
     return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.points.shape[0]].copy()
 
 
-def _at(basis, x: np.ndarray) -> np.ndarray:
+def _at(basis: csr_matrix, x: np.ndarray) -> np.ndarray:
     """Values at points of densities ``(n_dofs, 3, k)``."""
     return (basis @ x.reshape(x.shape[0], -1)).reshape(-1, *x.shape[1:])
 
@@ -144,14 +165,16 @@ def _local(surface: SampledSurface, defect: np.ndarray) -> np.ndarray:
 def _plain_matrix(surface: SampledSurface) -> np.ndarray:
     """``B^T W K_plain W B`` by component, ``(6, n, n)``."""
     source, n = surface.source, surface.patches.n_dofs
-    blocks = padded(surface.outer.points)
+    blocks = pad_to_blocks(surface.outer.points)
     test = surface.basis.multiply(surface.outer.weights[:, None]).tocsr()
     normals = source.weights[:, None] * source.normals
     kernel = np.empty((6, source.points.shape[0], kernels.BLOCK))
     total = np.zeros((6, n, n))
     transposed = surface.source_basis.T.tocsr()
     for b, x in enumerate(blocks):
-        kernels.double_matrix(x, source.points, normals, coincidence(surface), kernel)
+        kernels.double_matrix(
+            x, source.points, normals, coincident_distance_squared(surface), kernel
+        )
         rows = test[b * kernels.BLOCK : (b + 1) * kernels.BLOCK]
         touched = np.unique(rows.indices)
         few = rows[:, touched].T.toarray()

@@ -1,24 +1,24 @@
-"""What every single layer can do, however it is stored."""
+"""The single layer as every caller sees it, whether stored, summed directly or compressed."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from ..near.near_field import NearField
-from ..solvers.coarse_level import CoarseSpace, coarse_image
 from ..surfaces.surface_points import SampledSurface
-from .dense_blocks import ExactBlocks, Use
+from .dense_blocks import Consume, ExactBlocks
 
 
-class SingleLayer(LinearOperator):
+class SingleLayer(LinearOperator, ABC):
     """Single layer on density dofs; vector dof ``3 a + i`` is component i of function a.
 
-    Its two forms, stored dense and direct, share this interface.
+    A scipy ``LinearOperator``: ``layer @ x`` takes ``(3 n_dofs,)`` or ``(3 n_dofs, k)``.
 
-    Attributes
+    Parameters
     ----------
     surface : SampledSurface
         Outer points, weights, normals, basis, mass matrix and constraint.
@@ -36,17 +36,32 @@ class SingleLayer(LinearOperator):
         """Number of near (point, element) pairs."""
         return self.near.n_pairs
 
+    @abstractmethod
     def dense(self) -> np.ndarray:
-        """The matrix ``(3 n_dofs, 3 n_dofs)``."""
-        raise NotImplementedError
+        """Assemble the matrix, unless it is stored.
 
-    def blocks(self, patches: Sequence[np.ndarray], use: Use) -> list[np.ndarray]:
-        """``use(k, block)`` of the exact block ``(3 n, 3 n)`` of each patch's functions."""
-        return ExactBlocks(self.surface, self.near).many(patches, use)
+        Returns
+        -------
+        (3 n_dofs, 3 n_dofs) array
+        """
 
-    def image(self, coarse: CoarseSpace) -> np.ndarray:
-        """Product with all coarse densities, to about 1e-3: ``(3 n_dofs, k)``."""
-        return coarse_image(self.surface, self.near, coarse)
+    def blocks(self, subdomains: Sequence[np.ndarray], consume: Consume) -> list[np.ndarray]:
+        """Hand the exact block of each subdomain's functions to a function, on all threads.
+
+        Parameters
+        ----------
+        subdomains : sequence of (n,) int array
+            Density functions of each subdomain.
+        consume : callable
+            ``consume(k, block)`` of subdomain k and its block ``(3 n, 3 n)``, which is freed when
+            it returns.
+
+        Returns
+        -------
+        list of array
+            What ``consume`` returned, by subdomain.
+        """
+        return ExactBlocks(self.surface, self.near).map_blocks(subdomains, consume)
 
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]

@@ -14,7 +14,7 @@ COINCIDENT = 1e-12  # distances below this fraction of the sources' extent are t
 
 
 def single_layer_sums(
-    targets: np.ndarray, sources: np.ndarray, strengths: np.ndarray, tiny: float | None = None
+    targets: np.ndarray, sources: np.ndarray, strengths: np.ndarray, within: float | None = None
 ) -> np.ndarray:
     """Velocities of point forces.
 
@@ -24,18 +24,18 @@ def single_layer_sums(
     sources : (n_sources, 3) array
     strengths : (n_sources, 3) or (n_sources, 3, k) array
         Forces, quadrature weights included.
-    tiny : float, optional
-        Squared distance up to which a pair is skipped.
+    within : float, optional
+        Squared distance up to which a pair counts as coincident.
 
     Returns
     -------
     (n_targets, 3) or (n_targets, 3, k) array
     """
-    tiny = coincident(sources) if tiny is None else tiny
-    x, y = padded(targets), np.ascontiguousarray(sources)
+    within = _coincident(sources) if within is None else within
+    x, y = pad_to_blocks(targets), np.ascontiguousarray(sources)
     if strengths.ndim == 2:
         out = np.empty_like(x)
-        kernels.single_layer_sums(x, y, np.ascontiguousarray(strengths), tiny, out)
+        kernels.single_layer_sums(x, y, np.ascontiguousarray(strengths), within, out)
         return np.swapaxes(out, 1, 2).reshape(-1, 3)[: targets.shape[0]]
     k = strengths.shape[2]
     groups = -(-y.shape[0] // kernels.SOURCES)
@@ -44,12 +44,12 @@ def single_layer_sums(
     f = np.ascontiguousarray(np.swapaxes(f.reshape(groups, -1, k), 1, 2))
     y = y[np.minimum(np.arange(groups * kernels.SOURCES), y.shape[0] - 1)]
     out = np.empty((x.shape[0], k, 3 * kernels.BLOCK))
-    kernels.single_layer_block_sums(x, y.reshape(groups, -1, 3), f, tiny, out)
+    kernels.single_layer_block_sums(x, y.reshape(groups, -1, 3), f, within, out)
     out = out.reshape(x.shape[0], k, 3, kernels.BLOCK)
     return out.transpose(0, 3, 2, 1).reshape(-1, 3, k)[: targets.shape[0]]
 
 
-def padded(points: np.ndarray) -> np.ndarray:
+def pad_to_blocks(points: np.ndarray) -> np.ndarray:
     """Points in blocks of one vector sweep, ``(n_blocks, 3, BLOCK)``; the last point repeats."""
     n = points.shape[0]
     full = np.minimum(np.arange(-(-n // kernels.BLOCK) * kernels.BLOCK), n - 1)
@@ -57,6 +57,6 @@ def padded(points: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.swapaxes(blocks, 1, 2))
 
 
-def coincident(points: np.ndarray) -> float:
+def _coincident(points: np.ndarray) -> float:
     """Squared distance below which two points are the same."""
     return float((COINCIDENT * np.linalg.norm(np.ptp(points, axis=0))) ** 2)

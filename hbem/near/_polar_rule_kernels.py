@@ -11,16 +11,8 @@ import numpy as np
 from numba import njit
 
 from ._closest_point_kernels import jet
-from ._vector_kernels import (
-    LANES,
-    add_node,
-    add_nodes,
-    bernstein_lanes,
-    kernel_values,
-    lane,
-    products,
-    row_polynomials,
-)
+from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
+from ._vector_kernels import add_node, add_nodes, kernel_values, products
 
 EDGES = ((0, 2, 1, 2), (1, 2, 1, 3), (1, 3, 0, 3), (0, 3, 0, 2))  # ends of each edge in a box
 RAY = 9  # numbers that describe a triangle: see `triangle`

@@ -1,8 +1,8 @@
-"""Compiled moments of near pairs, `LANES` pairs side by side.
+"""Compiled moments of near pairs: integrals of the kernels times the Bernstein polynomials.
 
-Pairs whose rules have equally many nodes share a group, one pair a lane. Rows of nodes along s at
-fixed t reuse the patch's polynomial in s; moments are summed by row, then over t. The plain rule
-that the far field adds back is subtracted in the same pass.
+Pairs whose rules have equally many nodes are worked out side by side, `LANES` at a time. Rows of
+nodes along s at fixed t reuse the patch's polynomial in s; moments are summed by row, then over
+t. The plain rule that the far field adds back is subtracted in the same pass.
 """
 
 from __future__ import annotations
@@ -11,20 +11,11 @@ import numpy as np
 from numba import njit, prange
 
 from ._closest_point_kernels import SMALLEST
+from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
 from ._polar_rule_kernels import EDGES, RAY, metric, polar_pass, triangle
-from ._vector_kernels import (
-    LANES,
-    add_node,
-    add_nodes,
-    bernstein_lanes,
-    clear,
-    kernel_values,
-    lane,
-    row_polynomials,
-)
+from ._vector_kernels import add_node, add_nodes, clear, kernel_values
 
 BLOCKS = 32  # sets of buffers: few, as allocating them takes turns
-SELF = -1.0  # marks the pair of a point with its own element
 POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or with plain rule
 
 

@@ -3,8 +3,8 @@
 Candidates come from balls around the elements; the closest point decides:
 ``b_i = d / max(|x_i|, radius / 2)``, near if ``min(b_1, b_2) <= 1``. Both depend on distances
 within the scene alone, so a rotated scene gives the same pairs. Newton's closest point is kept
-if it is stationary and nearer than `Pieces.flat` (within the radius of curvature); elsewhere a
-search certifies it.
+if it is stationary and nearer than `ElementPieces.flat` (within the radius of curvature);
+elsewhere a search certifies it.
 """
 
 from __future__ import annotations
@@ -14,10 +14,40 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .. import _near_kernels as kernels
 from .._threads_kernels import threads
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
+from . import _closest_point_kernels as kernels
+
+
+@dataclass(frozen=True)
+class ClosestPoints:
+    """Closest points of near pairs, a row each as the kernels keep them.
+
+    Attributes
+    ----------
+    rows : (n, 5) array
+        Local coordinates s, t; relative distances ``b_i = d / |x_i|``, negative on the piece on
+        which the point lies; a right angle over that of the coordinate lines.
+    """
+
+    rows: np.ndarray
+
+    def __getitem__(self, pairs: np.ndarray | slice) -> ClosestPoints:
+        return ClosestPoints(self.rows[pairs])
+
+    @property
+    def s(self) -> np.ndarray:
+        return self.rows[:, 0]
+
+    @property
+    def t(self) -> np.ndarray:
+        return self.rows[:, 1]
+
+    @property
+    def distances(self) -> np.ndarray:
+        """Relative distances along s and t, ``(n, 2)``."""
+        return self.rows[:, 2:4]
 
 
 @dataclass(frozen=True)
@@ -30,9 +60,8 @@ class NearPairs:
     indptr : (n_points + 1,) int array
     elements, pieces : (n_pairs,) int array
         Source element and piece of each pair, increasing within a point.
-    found : (n_pairs, 5) array
-        Closest point s, t and relative distances b1, b2 in the element's coordinates, negative
-        on the piece on which the point lies; a right angle over that of the coordinate lines.
+    closest : ClosestPoints
+        In the coordinates of the elements.
     first : (n_pairs,) bool array
         First piece of its element.
     """
@@ -41,7 +70,7 @@ class NearPairs:
     indptr: np.ndarray
     elements: np.ndarray
     pieces: np.ndarray
-    found: np.ndarray
+    closest: ClosestPoints
     first: np.ndarray
 
     @property
@@ -57,7 +86,7 @@ class NearPairs:
             indptr,
             self.elements[k],
             self.pieces[k],
-            self.found[k],
+            self.closest[k],
             self.first[k],
         )
 
@@ -83,7 +112,7 @@ def near_pairs(
     starts = np.cumsum(counts) - counts
     which = np.arange(counts.sum()) - np.repeat(starts - pieces.indptr[elements], counts)
     point_of = np.repeat(points, counts)
-    found = np.empty((which.size, 5))
+    rows = np.empty((which.size, 5))
     kernels.classify(
         x,
         owners,
@@ -92,22 +121,23 @@ def near_pairs(
         pieces.elements,
         pieces.boxes,
         surface.control,
-        surface.starts,
+        surface.search_points,
         np.stack([surface.outer.s, surface.outer.t]),
         np.stack([surface.outer.s, surface.outer.t]),
         pieces.radii,
         pieces.flat,
         pieces.convexity,
         pieces.speeds,
-        found,
+        rows,
     )
-    near = (found[:, 2:4] <= 1.0).any(axis=1)
+    closest = ClosestPoints(rows)
+    near = (closest.distances <= 1.0).any(axis=1)
     near = np.repeat(np.logical_or.reduceat(near, starts), counts)
     indptr = np.searchsorted(point_of[near], np.arange(x.shape[0] + 1))
     first = np.zeros(which.size, bool)
     first[starts] = True
     which = which[near]
-    return NearPairs(x, indptr, pieces.elements[which], which, found[near], first[near])
+    return NearPairs(x, indptr, pieces.elements[which], which, closest[near], first[near])
 
 
 def _candidates(

@@ -7,6 +7,7 @@ components 00 01 02 11 12 22. The far part that it completes is ``B^T W G W B``.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +84,9 @@ def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
     )
 
 
-def assemble(surface: SampledSurface, pairs: NearPairs, moments) -> NearField:
+def assemble(
+    surface: SampledSurface, pairs: NearPairs, moments: Callable[[NearPairs], np.ndarray]
+) -> NearField:
     """Test the moments of near pairs with the density functions.
 
     Parameters

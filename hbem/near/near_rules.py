@@ -12,11 +12,12 @@ import enum
 
 import numpy as np
 
-from ..surfaces import triangles
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import SampledSurface
+from ..surfaces.triangles import barycentric, rotation_table
 from . import _sinh_rule_kernels as kernels
-from .closest_point import NearPairs
+from .closest_point import ClosestPoints, NearPairs
+from .rotated_triangles import rotate_vertices
 
 COINCIDENT = 1e-12  # distances below this fraction of the body are the same point
 
@@ -28,7 +29,7 @@ class Layer(enum.IntEnum):
     DOUBLE = 1
 
 
-def coincidence(surface: SampledSurface) -> float:
+def coincident_distance_squared(surface: SampledSurface) -> float:
     """Squared distance below which the plain rule skips a point pair."""
     extent = np.linalg.norm(np.ptp(surface.centres, axis=0)) + 2.0 * surface.radii.max()
     return float((COINCIDENT * extent) ** 2)
@@ -58,29 +59,39 @@ def near_moments(
     point_of = np.repeat(np.arange(pairs.points.shape[0]), np.diff(pairs.indptr))
     vertex = _vertices(surface, pairs)
     moments = _moments(
-        surface, pairs, slice(None), point_of, pairs.found, plain, vertex > 0, orders, layer
+        surface, pairs, slice(None), point_of, pairs.closest, plain, vertex > 0, orders, layer
     )
-    for v, turned in enumerate(surface.turned, start=1):
+    for v, rotated in enumerate(surface.rotated, start=1):
         k = np.flatnonzero(vertex == v)
         if k.size == 0:
             continue
-        found = triangles.turned(pairs.found[k], pairs.elements[k], v, surface, turned)
+        closest = rotate_vertices(pairs.closest[k], pairs.elements[k], v, surface, rotated)
         none = np.zeros(k.size, np.int64)
-        part = _moments(turned, pairs, k, point_of[k], found, none, none > 0, orders, layer)
-        moments[k] += triangles.turning(q, v).T @ part
+        part = _moments(rotated, pairs, k, point_of[k], closest, none, none > 0, orders, layer)
+        moments[k] += rotation_table(q, v).T @ part
     return moments
 
 
 def _vertices(surface: SampledSurface, pairs: NearPairs) -> np.ndarray:
     """Vertex at which the triangle of each pair is contracted; 0 for all others."""
-    if not surface.turned:
+    if not surface.rotated:
         return np.zeros(pairs.n_pairs, np.int64)
     whole = np.diff(surface.pieces.indptr)[pairs.elements] == 1
-    apart = pairs.found[:, 2] >= 0.0
-    return np.where(whole & apart, triangles.barycentric(pairs.found).argmin(axis=1), 0)
+    apart = pairs.closest.distances[:, 0] >= 0.0
+    return np.where(whole & apart, barycentric(pairs.closest.s, pairs.closest.t).argmin(axis=1), 0)
 
 
-def _moments(surface, pairs, k, point_of, found, plain, only_plain, orders, layer) -> np.ndarray:
+def _moments(
+    surface: SampledSurface,
+    pairs: NearPairs,
+    k: np.ndarray | slice,
+    point_of: np.ndarray,
+    closest: ClosestPoints,
+    plain: np.ndarray,
+    only_plain: np.ndarray,
+    orders: QuadratureOrders,
+    layer: Layer,
+) -> np.ndarray:
     """Moments of some pairs by one contraction; the rule is left out where `only_plain`."""
     q, g = surface.patches.density_degree, surface.patches.geometry_degree
     nodes, weights = gauss_tables()
@@ -90,16 +101,26 @@ def _moments(surface, pairs, k, point_of, found, plain, only_plain, orders, laye
     counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
     split, rule, largest = layer is Layer.DOUBLE, orders.rule(layer), nodes.shape[0] - 1
     kernels.choose(
-        found, boxes, pieces, elements, surface.collapsed, plain, rule, split, largest, counts, keys
+        closest.rows,
+        boxes,
+        pieces,
+        elements,
+        surface.collapsed,
+        plain,
+        rule,
+        split,
+        largest,
+        counts,
+        keys,
     )
     counts[only_plain] = 0
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
     kernels.near_moments(
-        pairs.points, point_of, elements, pieces, found, boxes, counts, plain, ordered,
-        _groups(keys[ordered]), g, surface.shapes, surface.control, surface.collapsed, q,
-        int(layer), split, (orders.radial, orders.angular), orders.source, nodes, weights,
-        coincidence(surface), moments,
+        pairs.points, point_of, elements, pieces, closest.rows, boxes, counts, plain, ordered,
+        _groups(keys[ordered]), g, surface.power_coefficients, surface.control,
+        surface.collapsed, q, int(layer), split, (orders.radial, orders.angular), orders.source,
+        nodes, weights, coincident_distance_squared(surface), moments,
     )  # fmt: skip
     return moments
 

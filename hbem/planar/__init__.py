@@ -1,6 +1,8 @@
 """hbem.planar: boundary integrals on polygons, everything analytic in the inner variable.
 
-Names load on first use, so that importing the package costs nothing.
+Read `polygon` (a membrane and its inlet as a polygon), `stokes` (any viscosity ratio),
+`potential` (with Bernoulli's pressure), `contact` (the recycled double-layer force) and
+`polygon_stokes` (the field inside). Names load on first use.
 """
 
 import lazy_loader

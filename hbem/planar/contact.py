@@ -46,14 +46,33 @@ class ContactForce:
         return 4.0 * self.magnitude
 
     def tractions(self, points: np.ndarray) -> np.ndarray:
-        """phi at the Gauss points of a closed polygon ``(n, 2)``: ``(n, points, 2)``."""
+        """The traction phi at the Gauss points of a closed polygon.
+
+        Parameters
+        ----------
+        points : (n, 2) array
+            Nodes in order.
+
+        Returns
+        -------
+        (n, n_gauss, 2) array
+        """
         x, w = gauss(self.points)
         force = np.zeros((points.shape[0], self.points, 2))
         kernels.contact_tractions(np.ascontiguousarray(points), x, w, self.cutoff, force)
         return self.magnitude * force
 
     def load(self, at: Configuration) -> np.ndarray:
-        """Force on the membrane tested with its functions, ``(n_coefficients, 2)`` [T 4.21]."""
+        """Force on the membrane tested with its functions [T 4.21].
+
+        Parameters
+        ----------
+        at : Configuration
+
+        Returns
+        -------
+        (n_coefficients, 2) array
+        """
         b = at.boundary
         n, h = b.n_membrane, np.diff(b.arc_lengths)
         x, w = gauss(self.points)

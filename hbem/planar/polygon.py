@@ -23,7 +23,16 @@ FACING = -0.9  # cosine between facing normals: the walls of a fold tip do not c
 class OuterRule:
     """Points of the outer integrals: Gauss far away, graded at projections when near.
 
-    ``near = 0`` switches the graded rule off. Measured on a squeeze film of element/gap 100: load
+    Parameters
+    ----------
+    far : int
+        Gauss points of a segment.
+    near : int
+        Points of the graded rule; 0 switches it off.
+
+    Notes
+    -----
+    Measured on a squeeze film of element/gap 100: load
     error 1e-4 with (6, 16), 5e-3 with (8, 14), 9e-2 with (4, 14).
     """
 
@@ -65,15 +74,34 @@ def tested(lengths: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def crossing(points: np.ndarray) -> tuple[int, int] | None:
-    """Two segments of a closed polygon ``(n, 2)`` that cross, or None."""
+    """Two segments of a closed polygon that cross.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Nodes in order; the last one is joined to the first.
+
+    Returns
+    -------
+    tuple of two ints, or None
+    """
     i, j = crossings.first_crossing(np.ascontiguousarray(points, dtype=float))
     return None if i < 0 else (i, j)
 
 
 def meeting(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
-    """A node and a segment that meet while a closed polygon's nodes move straight, or None.
+    """A node and a segment that meet while a closed polygon's nodes move straight.
 
-    Both ``(n, 2)``; exact, so that walls which pass each other within the motion are seen.
+    Exact, so that walls which pass each other within the motion are seen.
+
+    Parameters
+    ----------
+    before, after : (n, 2) array
+        Nodes in order.
+
+    Returns
+    -------
+    tuple of two ints, or None
     """
     arrays = (np.ascontiguousarray(points, dtype=float) for points in (before, after))
     i, j = crossings.first_meeting(*arrays)
@@ -81,7 +109,18 @@ def meeting(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
 
 
 def smallest_gap(points: np.ndarray) -> float:
-    """Smallest distance between facing segments of a closed polygon; infinite if none face."""
+    """Smallest distance between facing segments of a closed polygon.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Nodes in order; the last one is joined to the first.
+
+    Returns
+    -------
+    float
+        Infinite if none face each other.
+    """
     return float(kernels.facing_gap(np.ascontiguousarray(points, dtype=float), FACING))
 
 
@@ -89,7 +128,7 @@ def smallest_gap(points: np.ndarray) -> float:
 class Boundary:
     """What does not change while the membrane moves.
 
-    Attributes
+    Parameters
     ----------
     arc_lengths : (n_membrane + 1,) array
         Of the membrane's nodes; it runs counterclockwise from the inlet's far end to its near one.
@@ -118,14 +157,17 @@ class Boundary:
 
     @property
     def n_membrane(self) -> int:
+        """Segments of the membrane."""
         return self.arc_lengths.size - 1
 
     @property
     def n_coefficients(self) -> int:
+        """Rows of a configuration: positions and slopes by turns."""
         return 2 * self.arc_lengths.size
 
     @property
     def n_segments(self) -> int:
+        """Segments of membrane and inlet."""
         return self.n_membrane + self.inlet.shape[0] + 1
 
     @cached_property
@@ -137,6 +179,7 @@ class Boundary:
 
     @cached_property
     def vector_trace(self) -> csr_matrix:
+        """The same for both components, ``(4 n, 2 n)``."""
         return kron(self.trace, np.eye(2), format="csr")
 
     @cached_property
@@ -150,7 +193,16 @@ class Boundary:
         return np.einsum("eqa,qm,q->eam", cubic, linear, w)
 
     def at(self, coefficients: np.ndarray) -> Configuration:
-        """The polygon of a configuration ``(n_coefficients, 2)``."""
+        """The polygon of a configuration.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 2) array
+
+        Returns
+        -------
+        Configuration
+        """
         points = np.concatenate([coefficients[::2], self.inlet])
         return Configuration(self, np.ascontiguousarray(points))
 

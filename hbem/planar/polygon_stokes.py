@@ -21,7 +21,7 @@ TINY = 1e-13
 class PolygonStokes:
     """Operators of one polygon.
 
-    Attributes
+    Parameters
     ----------
     vertices : (m, 2) array
         Counterclockwise, closed by itself.
@@ -44,7 +44,9 @@ class PolygonStokes:
     @cached_property
     def _tested(self) -> tuple[np.ndarray, np.ndarray]:
         """V and K tested with tractions, both for discontinuous linear functions."""
-        return stokes_layers(self.vertices, log_radius=self.scale)
+        single, double = stokes_layers(self.vertices, log_radius=self.scale)
+        assert double is not None  # it is left out on request only
+        return single, double
 
     @property
     def single(self) -> np.ndarray:
@@ -69,15 +71,29 @@ class PolygonStokes:
     def evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Representation formula ``u = V t - K u`` at points ``(n, 2)`` inside.
 
+        Parameters
+        ----------
+        points : (n, 2) array
+
         Returns
         -------
         (2 n, 4 m) array, (2 n, 2 m) array
+            V and -K.
         """
         single, double = self.layers(points)
         return single, -double
 
     def layers(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Single and double layer at points: ``(2 n, 4 m)`` and ``(2 n, 2 m)`` matrices."""
+        """Single and double layer at points off the boundary.
+
+        Parameters
+        ----------
+        points : (n, 2) array
+
+        Returns
+        -------
+        (2 n, 4 m) array, (2 n, 2 m) array
+        """
         n, m = points.shape[0], self.lengths.size
         kernel, stress = _moments(points, self.vertices, self._ends, self.lengths)
         constant = np.log(self.scale) / (8.0 * np.pi) * self.lengths

@@ -23,9 +23,20 @@ from .polygon import Boundary, Configuration, OuterRule, edges, tested
 def laplace_layers(
     points: np.ndarray, *, rule: OuterRule | None = None, log_radius: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Galerkin matrices V and K ``(2 n, 2 n)`` of a closed polygon ``(n, 2)``.
+    """Galerkin matrices V and K of a closed polygon, discontinuous linear functions.
 
-    Dof ``2 e + m`` is function m on segment e; V has the kernel log(s/r), s = ``log_radius``.
+    Parameters
+    ----------
+    points : (n, 2) array
+        Counterclockwise.
+    rule : OuterRule, optional
+    log_radius : float
+        s in the kernel log(s/r) of V.
+
+    Returns
+    -------
+    V, K : (2 n, 2 n) array
+        Dof ``2 e + m`` is function m on segment e.
     """
     points = np.ascontiguousarray(points, dtype=float)
     size = 2 * points.shape[0]
@@ -58,13 +69,36 @@ class PotentialSystem:
         self._factors = scipy.linalg.lu_factor(system, check_finite=False)
 
     def solve(self, h: np.ndarray) -> tuple[np.ndarray, float]:
-        """phi at the nodes ``(n,)`` and the multiplier of its mean, for ``h (2 n,)``."""
+        """Solve for the potential of a normal velocity.
+
+        Parameters
+        ----------
+        h : (2 n,) array
+            Values at both ends of each segment.
+
+        Returns
+        -------
+        phi : (n,) array
+            At the nodes.
+        zeta : float
+            Multiplier of the mean of phi.
+        """
         right = np.append(self.trace.T @ (self.V @ h), 0.0)
         solution = scipy.linalg.lu_solve(self._factors, right, check_finite=False)
         return solution[:-1], float(solution[-1])
 
     def pressure(self, h: np.ndarray, potential: np.ndarray) -> np.ndarray:
-        """Bernoulli's pressure as discontinuous linear values ``(2 n,)`` [T 4.11]."""
+        """Bernoulli's pressure as discontinuous linear values [T 4.11].
+
+        Parameters
+        ----------
+        h : (2 n,) array
+        potential : (n,) array
+
+        Returns
+        -------
+        (2 n,) array
+        """
         slope = (np.roll(potential, -1) - potential) / self.lengths
         return -0.5 * (h**2 + np.repeat(slope, 2) ** 2)
 
@@ -99,7 +133,16 @@ class PlanarPotential:
             raise ValueError(f"mass_ratio must be positive, got {self.mass_ratio}")
 
     def assemble(self, coefficients: np.ndarray) -> PotentialOperator:
-        """The flow on one configuration ``(n_coefficients, 2)``."""
+        """Assemble the flow on one configuration.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 2) array
+
+        Returns
+        -------
+        PotentialOperator
+        """
         return PotentialOperator(self, self.boundary.at(coefficients))
 
     def reset(self) -> None:

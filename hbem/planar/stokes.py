@@ -143,7 +143,16 @@ class PlanarStokes:
             raise ValueError(f"viscosity_ratio must not be negative, got {self.viscosity_ratio}")
 
     def assemble(self, coefficients: np.ndarray) -> StokesOperator:
-        """The flow on one configuration ``(n_coefficients, 2)``."""
+        """Assemble the flow on one configuration.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 2) array
+
+        Returns
+        -------
+        StokesOperator
+        """
         return StokesOperator(self, self.boundary.at(coefficients))
 
     def reset(self) -> None:
@@ -189,12 +198,12 @@ class StokesOperator:
     def drive(self) -> None:
         """No background flow loads the membrane at rest."""
 
-    def response(self) -> Response:
+    def response(self) -> PlanarResponse:
         """Velocity to load, ``2 n_coefficients`` square."""
-        return Response(self)
+        return PlanarResponse(self)
 
 
-class Response(LinearOperator):
+class PlanarResponse(LinearOperator):
     """The linear map ``load = R v`` on interleaved coefficients ``2 a + i``."""
 
     def __init__(self, operator: StokesOperator):

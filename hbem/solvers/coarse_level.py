@@ -1,6 +1,8 @@
-"""A single layer applied to all coarse densities at once: ``A Z = B^T W G W B Z + N Z``.
+"""The coarse level: densities Z on clusters, and a single layer applied to all of them at once.
 
-Each coarse density lives on one cluster of functions. Between well separated boxes the kernel is
+``A Z = B^T W G W B Z + N Z``; a stored matrix is multiplied, otherwise the sum is taken cheaply.
+
+Each coarse density lives on one cluster of functions: between well separated boxes the kernel is
 interpolated at Chebyshev nodes, ``G(x, y) = sum L_i(x) G(x_i, y_j) L_j(y)``, only neighbours are
 summed point by point: some forty times less work than the sum over all points.
 """
@@ -14,9 +16,10 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..layers.dense_blocks import vector_dofs
+from ..layers.dense_layer import StoredSingleLayer
+from ..layers.layer import SingleLayer
 from ..layers.point_sums import single_layer_sums
-from ..near.near_field import NearField
-from ..near.near_rules import coincidence
+from ..near.near_rules import coincident_distance_squared
 from ..surfaces.surface_points import SampledSurface
 
 # A preconditioner needs no more. 5 nodes at separation 0.7 (errors of 1e-5) save at most two of 17
@@ -100,18 +103,22 @@ def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
     return ratio.prod(axis=2)
 
 
-def coarse_image(surface: SampledSurface, near: NearField, coarse: CoarseSpace) -> np.ndarray:
-    """``A Z``, dense ``(3 n_dofs, k)``."""
-    image = (near.matrix() @ coarse.densities).toarray()
-    image = image.reshape(surface.patches.n_dofs, 3, -1)
+def apply_to_coarse_space(layer: SingleLayer, coarse: CoarseSpace) -> np.ndarray:
+    """``A Z``, ``(3 n_dofs, k)``: exact of a stored matrix, else to about 1e-3."""
+    if isinstance(layer, StoredSingleLayer):
+        # rows of a transposed product: both factors are then read in their storage order
+        return np.asarray(coarse.densities.T.tocsr() @ layer.dense().T).T
+    surface = layer.surface
+    product = (layer.near.matrix() @ coarse.densities).toarray()
+    product = product.reshape(surface.patches.n_dofs, 3, -1)
     sources = [_strengths(surface, coarse, c) for c in range(len(coarse.clusters))]
     targets = _target_clusters(surface, len(coarse.clusters))
     far_sources = [Box.around(points) for points, _ in sources]
     far_targets = [Box.around(surface.outer.points[t]) for t in targets]
     far = np.array([[_separated(a, b) for a in far_sources] for b in far_targets])
-    _add_neighbours(surface, coarse, sources, targets, far, image)
-    _add_far(surface, coarse, sources, targets, (far_sources, far_targets, far), image)
-    return image.reshape(-1, image.shape[2])
+    _add_neighbours(surface, coarse, sources, targets, far, product)
+    _add_far(surface, coarse, sources, targets, (far_sources, far_targets, far), product)
+    return product.reshape(-1, product.shape[2])
 
 
 def _separated(a: Box, b: Box) -> bool:
@@ -153,15 +160,15 @@ def _add_neighbours(
     sources: Sequence[tuple[np.ndarray, np.ndarray]],
     targets: Sequence[np.ndarray],
     far: np.ndarray,
-    image: np.ndarray,
+    product: np.ndarray,
 ) -> None:
-    tiny = coincidence(surface)
+    within = coincident_distance_squared(surface)
     for c, (points, strengths) in enumerate(sources):
         close = np.concatenate([t for t, away in zip(targets, far[:, c], strict=True) if not away])
-        sums = single_layer_sums(surface.outer.points[close], points, strengths, tiny)
+        sums = single_layer_sums(surface.outer.points[close], points, strengths, within)
         functions, test = _test(surface, close)
         tested = (test @ sums.reshape(close.size, -1)).reshape(functions.size, 3, -1)
-        image[functions, :, coarse.first[c] : coarse.first[c + 1]] += tested
+        product[functions, :, coarse.first[c] : coarse.first[c + 1]] += tested
 
 
 def _add_far(
@@ -170,11 +177,11 @@ def _add_far(
     sources: Sequence[tuple[np.ndarray, np.ndarray]],
     targets: Sequence[np.ndarray],
     boxes: tuple[list[Box], list[Box], np.ndarray],
-    image: np.ndarray,
+    product: np.ndarray,
 ) -> None:
     far_sources, far_targets, far = boxes
     nodes = [box.nodes for box in far_targets]
-    potentials = [np.zeros((x.shape[0], 3, image.shape[2])) for x in nodes]
+    potentials = [np.zeros((x.shape[0], 3, product.shape[2])) for x in nodes]
     for c, (points, strengths) in enumerate(sources):
         chosen = np.flatnonzero(far[:, c])
         if not chosen.size:
@@ -186,8 +193,8 @@ def _add_far(
         ends = np.cumsum([nodes[t].shape[0] for t in chosen])[:-1]
         for t, part in zip(chosen, np.split(sums, ends), strict=True):
             potentials[t][:, :, coarse.first[c] : coarse.first[c + 1]] = part
-    for t, box, potential in zip(targets, far_targets, potentials, strict=True):
-        functions, test = _test(surface, t)
-        table = test @ box.interpolation(surface.outer.points[t])
+    for points, box, potential in zip(targets, far_targets, potentials, strict=True):
+        functions, test = _test(surface, points)
+        table = test @ box.interpolation(surface.outer.points[points])
         values = table @ potential.reshape(table.shape[1], -1)
-        image[functions] += values.reshape(functions.size, *image.shape[1:])
+        product[functions] += values.reshape(functions.size, *product.shape[1:])

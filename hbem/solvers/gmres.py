@@ -1,7 +1,7 @@
 """Flexible GMRES that stops on the true residual.
 
-Preconditioned directions are stored and combined, ``x = sum_j y_j M^-1 v_j``: in thin gaps
-patch inverses are so large that applying ``M^-1`` to the combination again would lose six
+Preconditioned directions are stored and combined, ``x = sum_j y_j M^-1 v_j``: in thin gaps the
+inverses of subdomains are so large that applying ``M^-1`` to the combination again would lose six
 digits. The estimate is checked against ``f - S x``, and the iteration restarted from there until
 the true residual meets the tolerance.
 """
@@ -33,6 +33,7 @@ class KrylovResult(enum.Enum):
 
     @property
     def ok(self) -> bool:
+        """Whether the solution is as accurate as asked."""
         return self in (KrylovResult.DIRECT, KrylovResult.CONVERGED)
 
 
@@ -85,7 +86,8 @@ def gmres(
     if size == 0.0:
         return Krylov(np.zeros_like(rhs), KrylovResult.CONVERGED, 0.0, ())
     r = rhs - apply(x) if start is not None else rhs
-    residual, history = float(np.linalg.norm(r) / size), []
+    residual = float(np.linalg.norm(r) / size)
+    history: list[float] = []
     while residual > tolerance:
         left = max_iterations - len(history)
         if left <= 0:

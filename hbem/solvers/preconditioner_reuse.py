@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, field
 
-from .saddle import Builder, Preconditioner, SaddleSystem, logger
+from .saddle_system import Builder, Preconditioner, SaddleSystem
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 Fat bodies: the mass matrix. Gaps: two-level restricted additive Schwarz [Cai, Sarkis 1999] with a
 multiplicative coarse level, ``y = Z E^-1 Z^T v + R (v - S Z E^-1 Z^T v)``, ``E = Z^T S Z``.
-Patches are balls in physical space, so they hold both sheets of a gap; each cluster of functions
+Subdomains are balls in space, so they hold both sheets of a gap; each cluster of functions
 carries seven coarse densities: three constants, the normal, and the normal times three offsets.
 """
 
@@ -19,9 +19,10 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from ..layers.dense_blocks import vector_dofs
+from ..layers.layer import SingleLayer
 from ..surfaces.surface_points import SampledSurface
-from .coarse_level import CoarseSpace, bisect
-from .saddle import SaddleSystem
+from .coarse_level import CoarseSpace, apply_to_coarse_space, bisect
+from .saddle_system import SaddleSystem
 
 COARSE = 7  # densities a cluster
 LARGEST_COARSE = 2000  # unknowns of the coarse level; its clusters grow beyond
@@ -35,9 +36,9 @@ class SchwarzOptions:
     ----------
     own : int
         Density functions a cluster. Those of the coarse level are as large as 2000 coarse unknowns
-        need; patches around larger clusters would cost more than the iterations they save.
+        need; subdomains around larger clusters would cost more than the iterations they save.
     overlap : float
-        Reach of a patch around its cluster, in square roots of the area of a function.
+        Reach of a subdomain around its cluster, in square roots of the area of a function.
 
     Raises
     ------
@@ -81,18 +82,18 @@ class Functions:
         return cls(positions, normals / np.maximum(length, 1e-300), np.sqrt(np.abs(area[:, 0])))
 
 
-def patches_around(
+def subdomains_around(
     functions: Functions, clusters: Sequence[np.ndarray], overlap: float
 ) -> list[np.ndarray]:
     """All functions within reach of each cluster, the cluster itself first."""
     tree = cKDTree(functions.positions)
-    patches = []
+    subdomains = []
     for own in clusters:
         reach = overlap * functions.sizes[own]
         found = tree.query_ball_point(functions.positions[own], reach, return_sorted=False)
         halo = np.setdiff1d(np.unique(np.concatenate([np.asarray(f, int) for f in found])), own)
-        patches.append(np.concatenate([own, halo]))
-    return patches
+        subdomains.append(np.concatenate([own, halo]))
+    return subdomains
 
 
 def coarse_space(functions: Functions, clusters: Sequence[np.ndarray]) -> CoarseSpace:
@@ -123,27 +124,27 @@ class TwoLevelSchwarz:
 
     Attributes
     ----------
-    own, patches : lists of int array
-        Vector dofs of each cluster and of the patch around it.
-    inverses : list of (n_own, n_patch) array
-        Rows of the patch inverses.
+    own, subdomains : lists of int array
+        Vector dofs of each cluster and of the subdomain around it.
+    inverses : list of (n_own, n_subdomain) array
+        Rows of the inverses of the subdomains' matrices.
     coarse : (3 n, k) sparse matrix
         Coarse densities Z; multipliers are coarse unknowns too.
-    image : (3 n, k) array
+    product : (3 n, k) array
         ``A Z``, the largest array by far.
     columns, tested : (3 n, m), (k, m) array
         C of the saddle system and ``Z^T C``.
     factors : tuple
         LU of ``E = Z^T S Z``.
     seconds : dict
-        Build time of patches and coarse level.
+        Build time of subdomains and coarse level.
     """
 
     own: list[np.ndarray]
-    patches: list[np.ndarray]
+    subdomains: list[np.ndarray]
     inverses: list[np.ndarray]
     coarse: csr_matrix
-    image: np.ndarray
+    product: np.ndarray
     columns: np.ndarray
     tested: np.ndarray
     factors: tuple[np.ndarray, np.ndarray]
@@ -152,10 +153,10 @@ class TwoLevelSchwarz:
     def __call__(self, v: np.ndarray) -> np.ndarray:
         n, k = self.coarse.shape
         a = lu_solve(self.factors, np.concatenate([self._transposed @ v[:n], v[n:]]))
-        r = v[:n] - self.columns @ a[k:] - self.image @ a[:k]
+        r = v[:n] - self.columns @ a[k:] - self.product @ a[:k]
         y = np.concatenate([self.coarse @ a[:k], a[k:]])
-        for own, patch, inverse in zip(self.own, self.patches, self.inverses, strict=True):
-            y[own] += inverse @ r[patch]
+        for own, around, inverse in zip(self.own, self.subdomains, self.inverses, strict=True):
+            y[own] += inverse @ r[around]
         return y
 
     @cached_property
@@ -164,12 +165,12 @@ class TwoLevelSchwarz:
 
     @property
     def nbytes(self) -> int:
-        return self.image.nbytes + sum(m.nbytes for m in self.inverses) + self.factors[0].nbytes
+        return self.product.nbytes + sum(m.nbytes for m in self.inverses) + self.factors[0].nbytes
 
     def __repr__(self) -> str:
-        patch = np.mean([p.size for p in self.patches]) / 3.0
+        size = np.mean([s.size for s in self.subdomains]) / 3.0
         return (
-            f"TwoLevelSchwarz({len(self.own)} clusters, patches of {patch:.0f} functions, "
+            f"TwoLevelSchwarz({len(self.own)} clusters, subdomains of {size:.0f} functions, "
             f"{self.factors[0].shape[0]} coarse unknowns, {self.nbytes / 1e6:.0f} MB)"
         )
 
@@ -182,18 +183,28 @@ def two_level_schwarz(
     Parameters
     ----------
     system : SaddleSystem
-        Its operator has a ``surface`` and gives ``blocks`` between some density functions and
-        the ``image`` of coarse densities; see `hbem.layers.layer.SingleLayer`.
+        Its operator is a `hbem.SingleLayer`.
     options : SchwarzOptions, optional
+
+    Returns
+    -------
+    TwoLevelSchwarz
+        Callable: ``(size,)`` to ``(size,)``, multipliers last.
+
+    Raises
+    ------
+    TypeError
+        An operator that is no single layer: it has no surface to cluster.
     """
     options = SchwarzOptions() if options is None else options
-    functions = Functions.of(system.operator.surface)
+    layer = system.operator
+    if not isinstance(layer, SingleLayer):
+        raise TypeError(f"two-level Schwarz needs a SingleLayer, got {type(layer).__name__}")
+    functions = Functions.of(layer.surface)
     clusters = bisect(functions.positions, options.own)
-    around = patches_around(functions, clusters, options.overlap)
+    around = subdomains_around(functions, clusters, options.overlap)
     start = time.perf_counter()
-    inverses = system.operator.blocks(
-        around, lambda k, block: _own_rows(block, 3 * clusters[k].size)
-    )
+    inverses = layer.blocks(around, lambda k, block: _own_rows(block, 3 * clusters[k].size))
     middle = time.perf_counter()
     size = options.coarse_size(functions.sizes.size)
     wide = clusters if size == options.own else bisect(functions.positions, size)
@@ -203,25 +214,25 @@ def two_level_schwarz(
         [vector_dofs(p) for p in around],
         inverses,
         coarse.densities,
-        *_coarse_level(system, coarse),
-        {"patches": middle - start, "coarse": time.perf_counter() - middle},
+        *_coarse_level(layer, system.columns, coarse),
+        {"subdomains": middle - start, "coarse": time.perf_counter() - middle},
     )
 
 
 def _own_rows(block: np.ndarray, n_own: int) -> np.ndarray:
-    """First rows of the inverse of a patch matrix."""
+    """First rows of the inverse of a subdomain's matrix."""
     unit = np.eye(block.shape[0], n_own)
     return lu_solve(lu_factor(block, check_finite=False), unit, trans=1, check_finite=False).T
 
 
 def _coarse_level(
-    system: SaddleSystem, coarse: CoarseSpace
+    layer: SingleLayer, columns: np.ndarray, coarse: CoarseSpace
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """``A Z``, C, ``Z^T C`` and the factors of ``Z^T S Z``, multipliers last."""
-    z, columns = coarse.densities, system.columns
-    image, tested = system.operator.image(coarse), z.T @ columns
+    z = coarse.densities
+    product, tested = apply_to_coarse_space(layer, coarse), z.T @ columns
     k, m = tested.shape
     matrix = np.zeros((k + m, k + m))
-    matrix[:k, :k] = z.T @ image
+    matrix[:k, :k] = z.T @ product
     matrix[:k, k:], matrix[k:, :k] = tested, tested.T
-    return image, columns, tested, lu_factor(matrix)
+    return product, columns, tested, lu_factor(matrix)

@@ -29,7 +29,8 @@ class SurfacePatches(Protocol):
         Rows of the coefficient array that ``geometry`` expects.
     geometry_degree, density_degree : int
         Polynomial degree per direction of the Bezier patches and of the extraction tables; of
-        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients (`hbem.surfaces.triangles`).
+        triangles the total degree, with ``(p + 1) (p + 2) / 2`` coefficients, see
+        `hbem.surfaces.triangles`.
     indptr : (n_elements + 1,) int array
         Element ``e`` owns the table rows ``indptr[e]:indptr[e + 1]``; ragged where elements
         differ (poles, cuts).
@@ -42,24 +43,49 @@ class SurfacePatches(Protocol):
         and its transpose carries forces back.
     """
 
-    shape: str
-    n_elements: int
-    n_dofs: int
-    n_coefficients: int
-    geometry_degree: int
-    density_degree: int
-    indptr: np.ndarray
-    dofs: np.ndarray
-    extraction: np.ndarray
-    bezier: csr_matrix
+    @property
+    def shape(self) -> str: ...
+
+    @property
+    def n_elements(self) -> int: ...
+
+    @property
+    def n_dofs(self) -> int: ...
+
+    @property
+    def n_coefficients(self) -> int: ...
+
+    @property
+    def geometry_degree(self) -> int: ...
+
+    @property
+    def density_degree(self) -> int: ...
+
+    @property
+    def indptr(self) -> np.ndarray: ...
+
+    @property
+    def dofs(self) -> np.ndarray: ...
+
+    @property
+    def extraction(self) -> np.ndarray: ...
+
+    @property
+    def bezier(self) -> csr_matrix: ...
 
 
 @dataclass(frozen=True)
 class BezierPatches:
     """Patches given by tables: exact bodies and unions of surfaces.
 
-    Attributes are those of `SurfacePatches`; ``coefficients (n_coefficients, 3)`` is the
-    configuration of a fixed body, None where it comes from elsewhere.
+    Parameters
+    ----------
+    n_dofs, geometry_degree, density_degree : int
+    indptr, dofs, extraction, bezier :
+        Tables as `SurfacePatches` describes them.
+    coefficients : (n_coefficients, 3) array, optional
+        Configuration of a fixed body; None where it comes from elsewhere.
+    shape : {"quadrilateral", "triangle"}
 
     Raises
     ------
@@ -91,10 +117,12 @@ class BezierPatches:
 
     @property
     def n_elements(self) -> int:
+        """Number of elements."""
         return self.indptr.size - 1
 
     @property
     def n_coefficients(self) -> int:
+        """Rows of a configuration."""
         return self.bezier.shape[1]
 
 
@@ -105,6 +133,16 @@ def _functions(degree: int, triangle: bool) -> int:
 
 def union(*surfaces: SurfacePatches) -> BezierPatches:
     """Several surfaces as one; elements, functions and coefficients follow each other.
+
+    Parameters
+    ----------
+    *surfaces : SurfacePatches
+        Of one shape and equal degrees.
+
+    Returns
+    -------
+    BezierPatches
+        With coefficients if all surfaces have them.
 
     Raises
     ------
@@ -117,7 +155,8 @@ def union(*surfaces: SurfacePatches) -> BezierPatches:
     shape, geometry_degree, density_degree = kinds.pop()
     first_dof = np.cumsum([0] + [p.n_dofs for p in surfaces])
     first_row = np.cumsum([0] + [p.indptr[-1] for p in surfaces])
-    known = [getattr(p, "coefficients", None) for p in surfaces]
+    given = (getattr(p, "coefficients", None) for p in surfaces)
+    known = [c for c in given if c is not None]
     return BezierPatches(
         n_dofs=int(first_dof[-1]),
         geometry_degree=geometry_degree,
@@ -128,6 +167,6 @@ def union(*surfaces: SurfacePatches) -> BezierPatches:
         dofs=np.concatenate([p.dofs + o for p, o in zip(surfaces, first_dof, strict=False)]),
         extraction=np.concatenate([p.extraction for p in surfaces]),
         bezier=block_diag([p.bezier for p in surfaces], format="csr"),
-        coefficients=None if any(c is None for c in known) else np.concatenate(known),
+        coefficients=np.concatenate(known) if len(known) == len(surfaces) else None,
         shape=shape,
     )

@@ -63,7 +63,17 @@ class QuadratureOrders:
         return self.far or self.outer
 
     def rule(self, layer: int) -> tuple[float, float]:
-        """Offset and slope of the sinh rule of the single (0) or double (1) layer."""
+        """Offset and slope of the sinh rule of a layer.
+
+        Parameters
+        ----------
+        layer : {0, 1}
+            Single or double.
+
+        Returns
+        -------
+        tuple of two floats
+        """
         if layer == 0:
             return self.near_offset, self.near_slope
         return self.double_offset, self.double_slope

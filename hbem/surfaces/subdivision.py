@@ -21,8 +21,8 @@ GRID = 0.5 - 0.5 * np.cos(np.pi * (np.arange(5) + 0.5) / 5)  # interior: normals
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """Pieces by element.
+class ElementPieces:
+    """The pieces of all elements, element by element.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Pieces:
         return self.elements.size
 
 
-def divide(control: np.ndarray) -> Pieces:
+def divide(control: np.ndarray) -> ElementPieces:
     """Pieces of Bezier patches ``control (n_elements, g + 1, g + 1, 3)``."""
     elements = np.arange(control.shape[0])
     boxes = np.tile([0.0, 1.0, 0.0, 1.0], (elements.size, 1))
@@ -75,7 +75,7 @@ def divide(control: np.ndarray) -> Pieces:
     indptr = np.searchsorted(elements, np.arange(control.shape[0] + 1))
     convexity, speeds = bounds(control[elements], boxes)
     flat = _flatness(control[elements], boxes)
-    return Pieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
+    return ElementPieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
 
 
 def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`Pieces.convexity` and `Pieces.speeds` of boxes, from Bernstein coefficients: rigorous."""
+    """Convexity and speeds of boxes from Bernstein coefficients, rigorous: see `ElementPieces`."""
     degree, n = control.shape[1] - 1, boxes.shape[0]
     net = _coefficients(_grid(control, boxes, _chebyshev(degree))[0].reshape(n, -1, 3))
     first = [degree * np.diff(net, axis=k) for k in (1, 2)]
@@ -120,7 +120,7 @@ def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _flatness(control: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """`Pieces.flat` of boxes."""
+    """`ElementPieces.flat` of boxes."""
     _, s, t = _grid(control, boxes, GRID)
     k = GRID.size
     widths = np.stack([boxes[:, 1] - boxes[:, 0], boxes[:, 3] - boxes[:, 2]], axis=1)
@@ -147,7 +147,9 @@ def grid_points(control: np.ndarray, boxes: np.ndarray, x: np.ndarray) -> np.nda
     return np.ascontiguousarray(_grid(control, boxes, x)[0])
 
 
-def _bisect(elements, boxes, split, across_s):
+def _bisect(
+    elements: np.ndarray, boxes: np.ndarray, split: np.ndarray, across_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Halve the marked boxes, across s or t."""
     first, second = boxes.copy(), boxes[split].copy()
     at = np.where(across_s, 0, 2)
@@ -158,7 +160,9 @@ def _bisect(elements, boxes, split, across_s):
     return np.concatenate([elements, elements[rows]]), np.concatenate([first, second])
 
 
-def _grid(control, boxes, x):
+def _grid(
+    control: np.ndarray, boxes: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions and both slopes on a tensor grid of every box, ``(n, k * k, 3)`` each."""
     degree = control.shape[1] - 1
     n = boxes.shape[0]
@@ -168,18 +172,19 @@ def _grid(control, boxes, x):
         for table in (bernstein(degree, nodes), bernstein_derivative(degree, nodes)):
             tables.append(table.reshape(n, x.size, degree + 1))
     s, ds, t, dt = tables
-    return tuple(
-        np.einsum("nki,nijc,nlj->nklc", a, control, b, optimize=True).reshape(n, -1, 3)
-        for a, b in ((s, t), (ds, t), (s, dt))
-    )
+
+    def values(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.einsum("nki,nijc,nlj->nklc", a, control, b, optimize=True).reshape(n, -1, 3)
+
+    return values(s, t), values(ds, t), values(s, dt)
 
 
-def _chebyshev(degree):
+def _chebyshev(degree: int) -> np.ndarray:
     """Interpolation points of a degree on [0, 1]."""
     return 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
 
 
-def _coefficients(values):
+def _coefficients(values: np.ndarray) -> np.ndarray:
     """Bernstein coefficients ``(n, k, k, m)`` of values ``(n, k * k, m)`` at Chebyshev points."""
     n, square, m = values.shape
     k = round(np.sqrt(square))
@@ -188,12 +193,12 @@ def _coefficients(values):
     return np.einsum("ai,nijm,bj->nabm", inverse, grid, inverse, optimize=True)
 
 
-def _largest(net):
+def _largest(net: np.ndarray) -> np.ndarray:
     """Largest length of the vectors of each net, 0 of an empty one."""
     return np.linalg.norm(net, axis=-1).max(axis=(1, 2), initial=0.0)
 
 
-def _turning(control, boxes):
+def _turning(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Largest angle between normals along s and along t on each box."""
     _, along_s, along_t = _grid(control, boxes, GRID)
     normal = np.cross(along_s, along_t)
@@ -203,4 +208,4 @@ def _turning(control, boxes):
     grid = normal.reshape(-1, k, k, 3)
     by_s = np.einsum("nklc,nmlc->nlkm", grid, grid, optimize=True).min(axis=(1, 2, 3))
     by_t = np.einsum("nklc,nkmc->nklm", grid, grid, optimize=True).min(axis=(1, 2, 3))
-    return tuple(np.arccos(np.clip(c, -1.0, 1.0)) for c in (by_s, by_t))
+    return np.arccos(np.clip(by_s, -1.0, 1.0)), np.arccos(np.clip(by_t, -1.0, 1.0))

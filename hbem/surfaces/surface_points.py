@@ -16,8 +16,8 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from .bernstein import centred_powers, tensor_bernstein, tensor_bernstein_gradient
 from .patches import SurfacePatches
 from .quadrature import QuadratureOrders, gauss_square
-from .subdivision import Pieces, balls, divide, grid_points
-from .triangles import quadrilaterals, turning
+from .subdivision import ElementPieces, balls, divide, grid_points
+from .triangles import quadrilaterals, rotation_table
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
 
@@ -51,7 +51,7 @@ class PointSet:
 class SampledSurface:
     """One configuration of a surface, sampled.
 
-    Attributes
+    Parameters
     ----------
     patches : SurfacePatches
     control : (n_elements, geometry_degree + 1, geometry_degree + 1, 3) array
@@ -77,24 +77,26 @@ class SampledSurface:
     triangular: bool = False
 
     @cached_property
-    def pieces(self) -> Pieces:
+    def pieces(self) -> ElementPieces:
         """Pieces of elements for the near rules; whole elements unless they turn a lot."""
         return divide(self.control)
 
     @cached_property
-    def turned(self) -> tuple[SampledSurface, ...]:
+    def rotated(self) -> tuple[SampledSurface, ...]:
         """Triangles contracted at vertices 1 and 2 instead, for near rules; else nothing."""
         if not self.triangular:
             return ()
         shape, degree = self.control.shape, self.patches.geometry_degree
         flat = self.control.reshape(shape[0], -1, 3)
         return tuple(
-            replace(self, control=(turning(degree, v) @ flat).reshape(shape), triangular=False)
+            replace(
+                self, control=(rotation_table(degree, v) @ flat).reshape(shape), triangular=False
+            )
             for v in (1, 2)
         )
 
     @cached_property
-    def starts(self) -> np.ndarray:
+    def search_points(self) -> np.ndarray:
         """Points of every piece from which the closest-point search begins, ``(n, n_q, 3)``."""
         p, outer = self.pieces, self.outer
         if p.n == self.control.shape[0]:
@@ -103,7 +105,7 @@ class SampledSurface:
         return grid_points(self.control[p.elements], p.boxes, nodes)
 
     @cached_property
-    def shapes(self) -> np.ndarray:
+    def power_coefficients(self) -> np.ndarray:
         """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
         degree = self.control.shape[1] - 1
         power = centred_powers(degree)
@@ -133,14 +135,34 @@ class SampledSurface:
         return self.project(self.outer.normals)
 
     def project(self, values: np.ndarray) -> np.ndarray:
-        """Integrals ``int N_a f`` of point values ``(n_points, k)``: ``(n_dofs, k)``."""
+        """Integrals ``int N_a f`` of point values.
+
+        Parameters
+        ----------
+        values : (n_points, k) array
+
+        Returns
+        -------
+        (n_dofs, k) array
+        """
         return self.basis.T @ (self.outer.weights[:, None] * values)
 
 
 def sample(
     patches: SurfacePatches, coefficients: np.ndarray, orders: QuadratureOrders
 ) -> SampledSurface:
-    """Sample the configuration ``coefficients (n_coefficients, 3)``.
+    """Sample one configuration at its quadrature points.
+
+    Parameters
+    ----------
+    patches : SurfacePatches
+    coefficients : (n_coefficients, 3) array
+    orders : QuadratureOrders
+        ``outer`` and ``source`` points per direction.
+
+    Returns
+    -------
+    SampledSurface
 
     Raises
     ------
@@ -161,7 +183,13 @@ def sample(
 
 
 def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
-    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration."""
+    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration.
+
+    Raises
+    ------
+    ValueError
+        Coefficients of a wrong shape or not finite.
+    """
     coefficients = np.asarray(coefficients, dtype=float)
     if patches.shape == "triangle":
         patches = quadrilaterals(patches)

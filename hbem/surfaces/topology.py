@@ -82,7 +82,16 @@ def partners(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closed_components(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
-    """Closed component of each density function, ``(n_dofs,)``.
+    """Closed component of each density function.
+
+    Parameters
+    ----------
+    patches : SurfacePatches
+    coefficients : (n_coefficients, 3) array
+
+    Returns
+    -------
+    (n_dofs,) int array
 
     Raises
     ------
@@ -122,7 +131,7 @@ def _refuse_open(edges: Edges, partner: np.ndarray) -> None:
         raise SurfaceError(
             f"the surface is open: {np.count_nonzero(loose)} edges meet no other (first: an edge "
             f"of element {edges.elements[first]} at {x}); close it, edge to edge, with a cap or "
-            "an inflow patch"
+            "an inlet"
         )
 
 

@@ -42,14 +42,13 @@ def collapse_table(degree: int, vertex: int = 0) -> np.ndarray:
 
 
 @cache
-def turning(degree: int, vertex: int) -> np.ndarray:
+def rotation_table(degree: int, vertex: int) -> np.ndarray:
     """Tensor points contracted at vertex 0 to those at ``vertex``, ``((degree + 1)**2,) * 2``."""
     return collapse_table(degree, vertex) @ np.linalg.pinv(collapse_table(degree))
 
 
-def barycentric(found: np.ndarray) -> np.ndarray:
-    """``(u, v, w)`` of closest points s, t (`NearPairs.found`), contracted at vertex 0."""
-    s, t = found[:, 0], found[:, 1]
+def barycentric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """``(u, v, w)`` of local coordinates ``s, t (n,)`` contracted at vertex 0, ``(n, 3)``."""
     return np.stack([1.0 - s, s * (1.0 - t), s * t], axis=1)
 
 

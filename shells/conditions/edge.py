@@ -8,11 +8,14 @@ configuration.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags, kron
+from numpy.typing import ArrayLike
+from scipy.sparse import bsr_matrix, csr_matrix, kron
 
 from ..surfaces.spline_surface import SplineSurface
+from ..surfaces.splines import unit_gauss
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,13 @@ class Edge:
     along: csr_matrix
     weights: np.ndarray
 
-    def line_load(self, force: np.ndarray) -> np.ndarray:
+    @cached_property
+    def _vector_tables(self) -> tuple[csr_matrix, csr_matrix]:
+        """Derivatives across and along of vector fields."""
+        eye = np.eye(3)
+        return kron(self.across, eye, format="csr"), kron(self.along, eye, format="csr")
+
+    def line_load(self, force: ArrayLike) -> np.ndarray:
         """Load ``(n_coefficients, 3)`` of a force per reference length, ``(3,)`` or a point's."""
         density = np.broadcast_to(force, (self.weights.size, 3))
         return self.value.T @ (self.weights[:, None] * density)
@@ -64,10 +73,10 @@ class Edge:
             -project @ _skew(b) - nu[:, :, None] * a[:, None, :] / length[:, None, None] ** 2
         )
         by_along = project @ _skew(a)
-        left = kron(self.across, np.eye(3), format="csr").T
-        stiffness = left @ (
-            _block_diagonal(w[:, None, None] * by_across) @ kron(self.across, np.eye(3))
-            + _block_diagonal(w[:, None, None] * by_along) @ kron(self.along, np.eye(3))
+        across, along = self._vector_tables
+        stiffness = across.T @ (
+            _block_diagonal(w[:, None, None] * by_across) @ across
+            + _block_diagonal(w[:, None, None] * by_along) @ along
         )
         return force, stiffness.tocsr()
 
@@ -85,8 +94,7 @@ def edge(surface: SplineSurface, direction: str, end: int, reference: np.ndarray
     ValueError
         If no element touches that edge (a restriction elsewhere, a periodic direction).
     """
-    x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
+    x, w = unit_gauss(surface.degree + 1)
     fixed = np.full_like(x, float(end))
     xi, eta = (fixed, x) if direction == "s" else (x, fixed)
     es, et = np.divmod(surface.selected, surface.t.n_elements)
@@ -113,10 +121,4 @@ def _skew(v: np.ndarray) -> np.ndarray:
 def _block_diagonal(blocks: np.ndarray) -> csr_matrix:
     """Sparse block-diagonal matrix of ``(n, 3, 3)`` blocks."""
     n = blocks.shape[0]
-    out = csr_matrix((3 * n, 3 * n))
-    for i in range(3):
-        for j in range(3):
-            unit = np.zeros((3, 3))
-            unit[i, j] = 1.0
-            out = out + kron(diags(blocks[:, i, j]), unit)
-    return out.tocsr()
+    return bsr_matrix((blocks, np.arange(n), np.arange(n + 1)), shape=(3 * n, 3 * n)).tocsr()

@@ -10,17 +10,31 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
 from ..energy.volume import EnclosedVolume
+from ..surfaces.spline_surface import SplineSurface
 from ..surfaces.surface_basis import SurfaceBasis
 from .edge import edge
 
+# A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
 Follower = Callable[[np.ndarray], tuple[np.ndarray, csr_matrix]]
 
 
-def point_load(surface: object, s: float, t: float, force: np.ndarray) -> np.ndarray:
-    """Dead load of a force ``(3,)`` at parameters (s, t).
+def point_load(surface: SplineSurface, s: float, t: float, force: ArrayLike) -> np.ndarray:
+    """Dead load of a force at one point.
+
+    Parameters
+    ----------
+    surface : SplineSurface
+    s, t : float
+        Parameters of the point.
+    force : (3,) array
+
+    Returns
+    -------
+    (n_coefficients, 3) array
 
     Raises
     ------
@@ -44,26 +58,61 @@ def point_load(surface: object, s: float, t: float, force: np.ndarray) -> np.nda
 
 
 def line_load(
-    surface: object, direction: str, end: int, force: np.ndarray, reference: np.ndarray
+    surface: SplineSurface, direction: str, end: int, force: ArrayLike, reference: np.ndarray
 ) -> np.ndarray:
-    """Dead load ``(n_coefficients, 3)`` of a force per reference length along an edge.
+    """Dead load of a force per reference length along an edge.
 
     Parameters
     ----------
+    surface : SplineSurface
     direction : {"s", "t"}
         Parameter that is constant along the edge.
     end : {0, 1}
+        Start or end of that direction.
     force : (3,) array
     reference : (n_coefficients, 3) array
         Configuration in which lengths are measured.
+
+    Returns
+    -------
+    (n_coefficients, 3) array
+
+    Raises
+    ------
+    ValueError
+        An edge that no element of the surface has.
     """
     return edge(surface, direction, end, reference).line_load(force)
 
 
 def end_moment(
-    surface: object, direction: str, end: int, size: float, reference: np.ndarray
+    surface: SplineSurface, direction: str, end: int, size: float, reference: np.ndarray
 ) -> Follower:
-    """Moment per reference length about an edge, turning with it (see `edge.Edge.moment`)."""
+    """Moment per reference length about an edge, turning with it.
+
+    Parameters
+    ----------
+    surface : SplineSurface
+    direction : {"s", "t"}
+        Parameter that is constant along the edge.
+    end : {0, 1}
+        Start or end of that direction.
+    size : float
+        Positive moments turn the outward direction across the edge towards the normal.
+    reference : (n_coefficients, 3) array
+        Configuration in which lengths are measured.
+
+    Returns
+    -------
+    callable
+        ``load(c)`` returns the force ``(n_coefficients, 3)`` on a configuration and its
+        derivative, a sparse matrix (see `shells.conditions.edge.Edge.moment`).
+
+    Raises
+    ------
+    ValueError
+        An edge that no element of the surface has.
+    """
     rim = edge(surface, direction, end, reference)
     return lambda c: rim.moment(c, size)
 
@@ -73,13 +122,24 @@ def follower_pressure(basis: SurfaceBasis, size: float) -> Follower:
 
     Its virtual work is ``p int rho . (theta_s x theta_t)``; where open edges move the derivative
     is not symmetric.
+
+    Parameters
+    ----------
+    basis : SurfaceBasis
+        Vector basis of the surface under pressure.
+    size : float
+        The pressure p.
+
+    Returns
+    -------
+    callable
+        ``load(c)`` returns the force ``(n_coefficients, 3)`` on a configuration and its
+        derivative, a sparse matrix.
     """
     volume = EnclosedVolume(basis)
-    gradient, hessian = volume.short_forms
 
     def load(c: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        x = c.ravel()[: basis.N]
-        force = size * gradient.assemble(basis, x=x).reshape(-1, 3)
-        return force, size * hessian.assemble(basis, x=x)
+        force, slope = volume.pressure_force(c.ravel()[: basis.N])
+        return size * force.reshape(-1, 3), size * slope
 
     return load

@@ -13,6 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm, LinearForm
 
+from ..surfaces.curve import CurveBasis
 from ..surfaces.surface_basis import SurfaceBasis
 
 
@@ -48,8 +49,8 @@ class Mechanism:
             return
         raise ValueError(
             f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
-            "support them (shells.conditions.supports.pin or another edge), or use shells.equilibrium.minimise, which "
-            "needs no supports"
+            "support them (shells.pin or another edge), or use shells.minimise, which needs no "
+            "supports"
         )
 
     @property
@@ -63,17 +64,17 @@ class Mechanism:
         return ", ".join(parts)
 
 
-def mechanism(extraction: csr_matrix, basis: SurfaceBasis) -> Mechanism:
+def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mechanism:
     """Free rigid motions of the reference of a vector basis under an extraction ``E``."""
     n = basis.N // basis.dimension
-    points = coefficients_of(basis) if basis.dimension == 3 else basis.coefficients
+    plane = isinstance(basis, CurveBasis)
+    points = basis.coefficients if isinstance(basis, CurveBasis) else coefficients_of(basis)
     length = float(np.ptp(points, axis=0).max())
     modes = np.zeros((extraction.shape[0], 6))
-    shape = rigid_modes if basis.dimension == 3 else plane_modes
-    modes[: basis.N] = shape(points / length)
+    modes[: basis.N] = (plane_modes if plane else rigid_modes)(points / length)
     E = extraction.tocsc()
     outside = modes - E @ splu((E.T @ E).tocsc()).solve(E.T @ modes)
-    axes = range(6) if basis.dimension == 3 else (0, 1, 5)  # those that stay in the plane
+    axes = (0, 1, 5) if plane else range(6)  # those that stay in the plane
     _, values, reduced = np.linalg.svd(outside[:, axes], full_matrices=False)
     rows = np.zeros((values.size, 6))
     rows[:, axes] = reduced

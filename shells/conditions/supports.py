@@ -13,6 +13,8 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
 from scipy.sparse.csgraph import connected_components
 
+from ..surfaces.spline_surface import SplineSurface
+
 
 def vector_dofs(rows: np.ndarray, components: Iterable[int] = (0, 1, 2)) -> np.ndarray:
     """Vector dofs of some components of coefficients ``rows``."""
@@ -25,7 +27,7 @@ def extraction(
     n_fixed_rows: int = 0,
     ties: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> csr_matrix:
-    """Extraction ``(3 (n_coefficients + n_fixed_rows), n_free)``.
+    """Extraction E of a surface from its fixed and tied dofs.
 
     Parameters
     ----------
@@ -34,9 +36,13 @@ def extraction(
     fixed : int array, optional
         Vector dofs that do not move.
     n_fixed_rows : int
-        Further coefficients after the surface's own that never move (an inflow patch).
-    ties : (slaves, masters), optional
+        Further coefficients after the surface's own that never move (an inlet).
+    ties : (tied, leaders), optional
         Vector dofs that move as others do (see `symmetry`).
+
+    Returns
+    -------
+    (3 (n_coefficients + n_fixed_rows), n_free) sparse matrix
 
     Raises
     ------
@@ -64,7 +70,7 @@ def extraction(
     return full
 
 
-def rim(surface: object, ring: int, kind: str) -> np.ndarray:
+def rim(surface: SplineSurface, ring: int, kind: str) -> np.ndarray:
     """Vector dofs that hold a rim: its trace if hinged, also the next ring if clamped.
 
     Raises
@@ -83,11 +89,11 @@ class Support:
     """Vector dofs that do not move, and pairs that move alike (see `supported`)."""
 
     fixed: np.ndarray
-    slaves: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
-    masters: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    tied: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    leaders: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
 
 
-def _row(surface: object, direction: str, end: int, layer: int = 0) -> np.ndarray:
+def _row(surface: SplineSurface, direction: str, end: int, layer: int = 0) -> np.ndarray:
     if direction not in ("s", "t") or end not in (0, 1):
         raise ValueError(f"an edge is 's' or 't' at end 0 or 1, not {direction!r} at {end!r}")
     pick = surface.ring if direction == "s" else surface.column
@@ -98,44 +104,103 @@ def _row(surface: object, direction: str, end: int, layer: int = 0) -> np.ndarra
 
 
 def hinge(
-    surface: object, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
+    surface: SplineSurface, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
 ) -> Support:
     """Hold some components of an edge; it may turn.
 
     Parameters
     ----------
+    surface : SplineSurface
     direction : {"s", "t"}
         Parameter that is constant along the edge.
     end : {0, 1}
         Start or end of that direction.
     components : ints
         Cartesian components that are held.
+
+    Returns
+    -------
+    Support
+
+    Raises
+    ------
+    ValueError
+        An edge that no element of the surface has.
     """
     return Support(vector_dofs(_row(surface, direction, end), components))
 
 
 def clamp(
-    surface: object, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
+    surface: SplineSurface, direction: str, end: int, components: Iterable[int] = (0, 1, 2)
 ) -> Support:
     """Hold an edge and its slope.
 
-    ``components`` are those of the second row of coefficients that are held: all of them also
-    stop the strain across the edge, the component normal to a flat edge alone does not.
+    Parameters
+    ----------
+    surface : SplineSurface
+    direction : {"s", "t"}
+        Parameter that is constant along the edge.
+    end : {0, 1}
+        Start or end of that direction.
+    components : ints
+        Cartesian components of the second row of coefficients that are held: all of them also
+        stop the strain across the edge, the component normal to a flat edge alone does not.
+
+    Returns
+    -------
+    Support
+
+    Raises
+    ------
+    ValueError
+        An edge that no element of the surface has.
     """
     trace = vector_dofs(_row(surface, direction, end))
     return Support(np.r_[trace, vector_dofs(_row(surface, direction, end, 1), components)])
 
 
-def pin(surface: object, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
-    """Hold components of one coefficient: removes rigid motions that no load excites."""
+def pin(surface: SplineSurface, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
+    """Hold components of one coefficient: removes rigid motions that no load excites.
+
+    Parameters
+    ----------
+    surface : SplineSurface
+    row : int
+        The coefficient.
+    components : ints
+        Cartesian components that are held.
+
+    Returns
+    -------
+    Support
+    """
     return Support(vector_dofs(np.array([row]), components))
 
 
-def symmetry(surface: object, direction: str, end: int, axis: int) -> Support:
+def symmetry(surface: SplineSurface, direction: str, end: int, axis: int) -> Support:
     """Symmetry plane ``x_axis = const`` through an edge.
 
     The trace stays in the plane and the tangent across it stays normal to the plane: component
     ``axis`` of the first row is fixed, the others are those of the second row.
+
+    Parameters
+    ----------
+    surface : SplineSurface
+    direction : {"s", "t"}
+        Parameter that is constant along the edge.
+    end : {0, 1}
+        Start or end of that direction.
+    axis : {0, 1, 2}
+        Cartesian direction normal to the plane.
+
+    Returns
+    -------
+    Support
+
+    Raises
+    ------
+    ValueError
+        An edge that no element of the surface has.
     """
     trace, following = (_row(surface, direction, end, k) for k in (0, 1))
     along = [c for c in range(3) if c != axis]
@@ -144,24 +209,34 @@ def symmetry(surface: object, direction: str, end: int, axis: int) -> Support:
     )
 
 
-def supported(surface: object, *supports: Support) -> csr_matrix:
+def supported(surface: SplineSurface, *supports: Support) -> csr_matrix:
     """Extraction E of a surface under any supports; they may meet in corners.
 
     Dofs tied to each other, over any number of ties, move as one; one fixed dof fixes all of them.
 
+    Parameters
+    ----------
+    surface : SplineSurface
+    *supports : Support
+        Of `clamp`, `hinge`, `pin` and `symmetry`.
+
+    Returns
+    -------
+    (3 n_coefficients, n_free) sparse matrix
+
     Raises
     ------
     ValueError
-        See `extraction`.
+        A fixed dof that shares its pole dofs with free ones, or nothing left free.
     """
     n = 3 * surface.n_coefficients
-    fixed, slaves, masters = (
+    fixed, tied, leaders = (
         np.concatenate([np.empty(0, dtype=int), *(getattr(s, name) for s in supports)])
-        for name in ("fixed", "slaves", "masters")
+        for name in ("fixed", "tied", "leaders")
     )
-    graph = coo_matrix((np.ones(slaves.size), (slaves, masters)), shape=(n, n))
+    graph = coo_matrix((np.ones(tied.size), (tied, leaders)), shape=(n, n))
     _, group = connected_components(graph, directed=False)
     held = np.flatnonzero(np.isin(group, group[fixed]))
     first = np.unique(group, return_index=True)[1][group]
-    tied = np.setdiff1d(np.flatnonzero(first != np.arange(n)), held)
-    return extraction(surface.reduction, held, ties=(tied, first[tied]))
+    moved = np.setdiff1d(np.flatnonzero(first != np.arange(n)), held)
+    return extraction(surface.reduction, held, ties=(moved, first[moved]))

@@ -1,4 +1,4 @@
-"""Any hyperelastic shell from its energy density: pointwise derivatives, batched contraction.
+"""Any hyperelastic shell from its energy density: derivatives by point, contracted in batches.
 
 A density is a function of the fundamental forms ``y = (a_00, a_11, a_01, b_00, b_11, b_01)`` in an
 orthonormal frame of the reference. The chain rule ``psi'' = y' psi_yy y' + psi_y y''`` is written
@@ -8,95 +8,22 @@ and close to it for p = 3 (`airfold bench shells`), and free of assembly code.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Iterator
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ..surfaces.form import Scatter
 from ..surfaces.surface_basis import SurfaceBasis
-from .kirchhoff_love import KirchhoffLove
-from .material import Material
+from .densities import Density
+from .interface import ShellEnergy
+from .point_tables import point_tables
 
 LEVI = np.zeros((3, 3, 3))
 LEVI[0, 1, 2] = LEVI[1, 2, 0] = LEVI[2, 0, 1] = 1.0
 LEVI[0, 2, 1] = LEVI[2, 1, 0] = LEVI[1, 0, 2] = -1.0
 PAIRS = ((0, 0), (1, 1), (0, 1))
-BLOCK = 512  # elements a batch: bounds the memory of pointwise Hessians
-
-
-class Density(Protocol):
-    """Energy per reference area as a function of both fundamental forms."""
-
-    @property
-    def material(self) -> Material: ...
-
-    def __call__(
-        self, y: np.ndarray, reference: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """psi (...), psi_y (..., 6), psi_yy (..., 6, 6) at ``y`` and the reference's forms."""
-
-
-def _quadratic(C: np.ndarray, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    stress = strain @ C
-    return 0.5 * np.einsum("...i,...i->...", stress, strain), stress
-
-
-@dataclass(frozen=True)
-class StVenantKirchhoff:
-    """[T 2.17] through the pointwise path; the fused kernel's twin."""
-
-    material: Material
-
-    def __call__(
-        self, y: np.ndarray, reference: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        C = self.material.elasticity()
-        voigt_e, voigt_k = np.array([0.5, 0.5, 1.0]), np.array([1.0, 1.0, 2.0])
-        D = self.material.flexural_rigidity * C
-        membrane, n = _quadratic(C, (y - reference)[..., :3] * voigt_e)
-        bending, m = _quadratic(D, (y - reference)[..., 3:] * voigt_k)
-        hessian = np.zeros((*y.shape, 6))
-        hessian[..., :3, :3] = C * np.outer(voigt_e, voigt_e)
-        hessian[..., 3:, 3:] = D * np.outer(voigt_k, voigt_k)
-        return membrane + bending, np.concatenate([n * voigt_e, m * voigt_k], axis=-1), hessian
-
-
-@dataclass(frozen=True)
-class NeoHookean:
-    """Incompressible neo-Hookean membrane with the quadratic bending of [T 2.17].
-
-    ``psi = mu h / 2 (tr a + 1 / det a - 3)``; small strains agree with Poisson ratio 1/2, so that
-    ``mu h`` is a quarter of the membrane stiffness.
-
-    Raises
-    ------
-    ValueError
-        If the material's Poisson ratio is not 1/2.
-    """
-
-    material: Material
-
-    def __post_init__(self) -> None:
-        if self.material.poisson_ratio != 0.5:
-            raise ValueError("an incompressible material has poisson_ratio = 0.5")
-
-    def __call__(
-        self, y: np.ndarray, reference: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        psi, gradient, hessian = StVenantKirchhoff(self.material)(y, reference)
-        strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
-        psi = psi - _quadratic(self.material.elasticity(), strain)[0]
-        half = self.material.stiffness / 8.0
-        det = y[..., 0] * y[..., 1] - y[..., 2] ** 2
-        slope = np.stack([y[..., 1], y[..., 0], -2.0 * y[..., 2]], axis=-1)
-        bend = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -2.0]])
-        psi = psi + half * (y[..., 0] + y[..., 1] + 1.0 / det - 3.0)
-        gradient[..., :3] = half * (np.array([1.0, 1.0, 0.0]) - slope / det[..., None] ** 2)
-        product = slope[..., :, None] * slope[..., None, :]
-        d = det[..., None, None]
-        hessian[..., :3, :3] = half * (2.0 * product / d**3 - bend / d**2)
-        return psi, gradient, hessian
+BLOCK = 512  # elements a batch: bounds the memory of the points' Hessians
 
 
 def _normal(jets: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -114,7 +41,7 @@ def _normal(jets: np.ndarray) -> tuple[np.ndarray, ...]:
     return J, nu, dnu, along
 
 
-def fundamental_forms(jets: np.ndarray, normal: tuple | None = None) -> tuple:
+def forms_and_gradient(jets: np.ndarray, normal: tuple | None = None) -> tuple:
     """Both forms y with derivatives by the jets.
 
     Parameters
@@ -169,50 +96,53 @@ def forms_hessian(jets: np.ndarray, slope: np.ndarray, normal: tuple) -> np.ndar
     return H
 
 
-class PointwiseShell:
+class HyperelasticShell(ShellEnergy):
     """A shell with any `Density`; the interface of `KirchhoffLove`.
 
     Parameters
     ----------
     basis : SurfaceBasis
     density : Density
+        Energy per reference area, such as `NeoHookean`.
     exact_reference : bool
         As in `KirchhoffLove`.
     """
 
-    def __init__(self, basis: SurfaceBasis, density: Density, *, exact_reference: bool = False):
-        frame = KirchhoffLove(basis, density.material, exact_reference=exact_reference)
-        self.basis, self.density, self.material = basis, density, density.material
-        self._jets, self._base, self._dofs = frame._jets, frame._base, frame._dofs
-        self._reference = np.concatenate([frame._metric, frame._curvature], axis=-1)
-        self._scatter: Scatter = frame._scatter
+    basis: SurfaceBasis
 
-    def _batches(self, x: np.ndarray):
+    def __init__(self, basis: SurfaceBasis, density: Density, *, exact_reference: bool = False):
+        self.basis, self.density, self.material = basis, density, density.material
+        self._tables = point_tables(basis, density.material, exact_reference=exact_reference)
+        self._dofs = basis.surface.element_dofs
+        self._reference = np.concatenate([self._tables.metric, self._tables.curvature], axis=-1)
+        self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
+
+    def _batches(self, x: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
         local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
         for start in range(0, self._dofs.shape[0], BLOCK):
             part = slice(start, start + BLOCK)
-            jets = self._base[part] + np.einsum("eqad,eac->eqdc", self._jets[part], local[part])
+            jets = self._tables.base[part] + np.einsum(
+                "eqad,eac->eqdc", self._tables.jets[part], local[part]
+            )
             yield part, jets.reshape(-1, 5, 3), self._reference[part].reshape(-1, 6)
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-        """Energy at coefficients ``(n_coefficients, 3)``; all of it counts as membrane energy."""
+        # all of it counts as membrane energy
         total = 0.0
         for part, jets, reference in self._batches(x):
-            psi, _, _ = self.density(fundamental_forms(jets)[0], reference)
+            psi, _, _ = self.density(forms_and_gradient(jets)[0], reference)
             total += float(psi @ self.basis.dx[part].ravel())
         return total, 0.0
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """First variation as a dof vector ``(3 n_coefficients,)``."""
         return self.gradient_and_tangent(x)[0]
 
-    def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, object]:
-        """First variation and second variation (CSR)."""
+    def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
         ne, nb = self._dofs.shape
         R, K = np.empty((ne, 3 * nb)), np.empty((ne, 3 * nb, 3 * nb))
         for part, jets, reference in self._batches(x):
             normal = _normal(jets)
-            y, dy = fundamental_forms(jets, normal)
+            y, dy = forms_and_gradient(jets, normal)
             _, slope, curve = self.density(y, reference)
             w = self.basis.dx[part]
             size = (*w.shape, 15)
@@ -222,7 +152,7 @@ class PointwiseShell:
             second += forms_hessian(jets, slope, normal).reshape(-1, 15, 15)
             second = second.reshape(*size, 15) * w[..., None, None]
             # a vector function is a scalar one times a unit vector: contract scalars only
-            N = self._jets[part]
+            N = self._tables.jets[part]
             m = N.shape[0]
             local = np.einsum("eqad,eqdi->eai", N, first.reshape(*w.shape, 5, 3), optimize=True)
             R[part] = local.reshape(m, -1)

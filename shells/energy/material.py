@@ -13,7 +13,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Material:
-    """Membrane stiffness, flexural rigidity, Poisson ratio and areal density.
+    """What a thin isotropic shell is made of.
+
+    Parameters
+    ----------
+    flexural_rigidity : float
+        Bending over membrane stiffness, a length squared.
+    stiffness : float
+        Membrane stiffness ``E h / (1 - nu^2)``, force over length.
+    poisson_ratio : float
+    density : float
+        Mass per reference area.
 
     Raises
     ------

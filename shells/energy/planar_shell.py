@@ -8,7 +8,7 @@ Departs from [T 2.21]: the printed W' is that of k = 2, its strain lacks the fac
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from functools import cached_property
 from typing import final
 
@@ -16,10 +16,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.curve import CurveBasis
+from .interface import ShellEnergy
 from .material import Material
 
 
-class PlanarMembrane(ABC):
+class PlanarMembrane(ShellEnergy):
     """A curve with a stretch law and linear bending; `PlanarShell` and `ElasticString` are two.
 
     Parameters
@@ -28,6 +29,8 @@ class PlanarMembrane(ABC):
     material : Material
         Stiffness k, rigidity eps and line density; the Poisson ratio has no meaning here.
     """
+
+    basis: CurveBasis
 
     def __init__(self, basis: CurveBasis, material: Material):
         self.basis, self.material = basis, material
@@ -48,14 +51,12 @@ class PlanarMembrane(ABC):
         return d, *self.law(np.einsum("eqc,eqc->eq", d, d))
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-        """Membrane and bending energy at dofs x."""
         _, w, _, _ = self._stretch(x)
         x = np.ravel(x)
         membrane = self.material.stiffness * float((w * self.basis.dx).sum())
         return membrane, 0.5 * float(x @ (self._bending @ x))
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """W' as a dof vector."""
         d, _, f, _ = self._stretch(x)
         return self._gradient(x, d, f)
 
@@ -66,7 +67,6 @@ class PlanarMembrane(ABC):
         return b.scatter.vector(elements.reshape(-1, 8)) + self._bending @ np.ravel(x)
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        """W' and W'' at dofs x."""
         b = self.basis
         d, _, f, df = self._stretch(x)
         k = self.material.stiffness * b.dx

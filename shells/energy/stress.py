@@ -29,9 +29,19 @@ class Stress:
 
 
 def stress(shell: KirchhoffLove, coefficients: np.ndarray) -> Stress:
-    """Stress resultants [T 2.17] and principal stretches at coefficients ``(n, 3)``.
+    """Stress resultants [T 2.17] and principal stretches.
 
     A negative principal membrane force with a stretch below one marks wrinkling.
+
+    Parameters
+    ----------
+    shell : KirchhoffLove
+    coefficients : (n_coefficients, 3) array
+
+    Returns
+    -------
+    Stress
+        With arrays ``membrane``, ``moment`` and ``stretches`` at the quadrature points.
     """
     metric, first, second = shell.forms(coefficients)
     strain = 0.5 * (first - metric[0]) * np.array([1.0, 1.0, 2.0])

@@ -11,12 +11,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..surfaces.form import ElementForm, Scatter
+from ..surfaces.form import Scatter
+from ..surfaces.spline_surface import SplineSurface
+from ..surfaces.splines import unit_gauss
 from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
+from .interface import Enclosure
 
 
-class EnclosedVolume:
+class EnclosedVolume(Enclosure):
     """Volume under a surface, with gradient and Hessian.
 
     Parameters
@@ -24,19 +27,17 @@ class EnclosedVolume:
     basis : SurfaceBasis
         Vector basis of the part of the surface that moves.
     offset : float
-        Volume of the part that does not (the inflow patch).
+        Volume of the part that does not (the inlet).
     """
 
     def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
         self.basis, self.offset = basis, offset
         stacked = np.stack([basis.values, basis.grads[0], basis.grads[1]])
         self._values = np.ascontiguousarray(np.moveaxis(stacked, (0, 1), (3, 2)))
-        hs, ht = basis._sizes
+        hs, ht = basis.sizes
         self._dw = np.ascontiguousarray(basis.W * (hs * ht)[:, None])
         self._dofs = basis.surface.element_dofs
         self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
-        self.gradient_form = ElementForm(lambda x: self._elements(x, 1)[1], basis, 1, self._scatter)
-        self.hessian_form = ElementForm(lambda x: self._elements(x, 2)[2], basis, 2, self._scatter)
 
     def _elements(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
@@ -48,19 +49,29 @@ class EnclosedVolume:
         return Q, R, K
 
     def value(self, x: np.ndarray) -> float:
-        """Enclosed volume at coefficients ``(n_coefficients, 3)``."""
         return float(self._elements(x, 0)[0].sum()) + self.offset
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Q' as a dof vector ``(3 n_coefficients,)``."""
         return self._scatter.vector(self._elements(x, 1)[1])
 
-    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, object]:
-        """Q, Q' and Q'' (CSR) from one pass."""
+    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
+        # [T 2.30]
         Q, R, K = self._elements(x, 2)
         return float(Q.sum()) + self.offset, self._scatter.vector(R), self._scatter.matrix(K)
 
-    def _short(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def pressure_force(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
+        """Force of a unit pressure, ``int rho . (theta_s x theta_t)``, and its derivative.
+
+        It is Q' where nothing open moves; elsewhere the derivative is not symmetric.
+
+        Parameters
+        ----------
+        x : (n_coefficients, 3) array
+
+        Returns
+        -------
+        (3 n_coefficients,) array and (3 n_coefficients, 3 n_coefficients) sparse matrix
+        """
         c = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
         N, N0, N1 = np.moveaxis(self._values, -1, 0)
         t0, t1 = (np.einsum("eqa,eac->eqc", n, c) for n in (N0, N1))
@@ -70,18 +81,15 @@ class EnclosedVolume:
         turned = np.cross(np.eye(3), arm[..., None, :])  # z' of component j: (e, q, b, j, c)
         K = np.einsum("eqa,eqbji->eaibj", N * w, turned, optimize=True)
         ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        return R.reshape(ne, nd), K.reshape(ne, nd, nd)
-
-    @property
-    def short_forms(self) -> tuple[ElementForm, ElementForm]:
-        """Forms of ``int rho . (theta_s x theta_t)`` (a follower pressure) and its derivative."""
-        return (
-            ElementForm(lambda x: self._short(x)[0], self.basis, 1, self._scatter),
-            ElementForm(lambda x: self._short(x)[1], self.basis, 2, self._scatter),
-        )
+        R, K = R.reshape(ne, nd), K.reshape(ne, nd, nd)
+        return self._scatter.vector(R), self._scatter.matrix(K)
 
     def check(self, extraction: csr_matrix) -> None:
         """Refuse supports that let an open boundary move.
+
+        Parameters
+        ----------
+        extraction : (3 n_coefficients, n_free) sparse matrix
 
         Raises
         ------
@@ -93,7 +101,7 @@ class EnclosedVolume:
             if np.isin(edge_rows, rows).any():
                 raise ValueError(
                     f"edge {name} is open and moves: the enclosed volume in its full form would "
-                    "load it; fix the edge, or use shells.energy.volume.OpenVolume"
+                    "load it; fix the edge, or use shells.OpenVolume"
                 )
 
 
@@ -101,7 +109,14 @@ class OpenVolume(EnclosedVolume):
     """Volume under a tube whose open ends move, closed by flat lids.
 
     The pressure acts on the surface only (short form); the Hessian is symmetric where the lids
-    stay in their planes. The surface must be periodic in t and without poles at its open ends.
+    stay in their planes.
+
+    Parameters
+    ----------
+    basis : SurfaceBasis
+        Vector basis of a surface that is periodic in t and has no poles at its open ends.
+    offset : float
+        Volume of the part that does not move.
 
     Raises
     ------
@@ -112,10 +127,9 @@ class OpenVolume(EnclosedVolume):
     def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
         super().__init__(basis, offset)
         surface = basis.surface
-        if not surface.t.periodic:
+        if not (isinstance(surface, SplineSurface) and surface.t.periodic):
             raise ValueError("an open sheet encloses no volume: only tubes (t periodic) do")
-        x, w = np.polynomial.legendre.leggauss(surface.degree + 1)
-        x, w = 0.5 * (x + 1.0), 0.5 * w
+        x, w = unit_gauss(surface.degree + 1)
         self._lids = []
         for end, present in ((0, surface.pole_start), (1, surface.pole_end)):
             if present:
@@ -143,11 +157,10 @@ class OpenVolume(EnclosedVolume):
         return super().value(x) + self._lid_volume(np.asarray(x, dtype=float).reshape(-1, 3))
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        return self._scatter.vector(self._short(x)[0])
+        return self.pressure_force(x)[0]
 
-    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, object]:
-        R, K = self._short(x)
-        return self.value(x), self._scatter.vector(R), self._scatter.matrix(K)
+    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
+        return self.value(x), *self.pressure_force(x)
 
     def check(self, extraction: csr_matrix) -> None:
-        """Nothing to refuse: open boundaries may move."""
+        return  # nothing to refuse: open boundaries may move

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-Map = Callable[[np.ndarray], np.ndarray]
+from .newton import Solve
+
+Bordered = Callable[[np.ndarray, float], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,8 @@ class DampedFactor:
     max_iterations : int
     """
 
-    solve: Map
-    damping: Map
+    solve: Solve
+    damping: Solve
     tolerance: float = 1e-3
     max_iterations: int = 200
 
@@ -48,15 +50,7 @@ class DampedFactor:
             GMRES stalled; Newton's iteration then ends as singular.
         """
         n = residual.size
-        along = None if q is None else self.solve(q)
-        slope = 1.0 if q is None else float(q @ along)
-
-        def precondition(b: np.ndarray, c: float) -> np.ndarray:
-            y = self.solve(b)
-            if q is None:
-                return np.append(y, 0.0)
-            step = (q @ y - c) / slope
-            return np.append(y - step * along, step)
+        precondition = self._solve_free() if q is None else self._solve_under(q)
 
         def apply(z: np.ndarray) -> np.ndarray:
             return z + precondition(self.damping(z[:n]), 0.0)
@@ -68,3 +62,19 @@ class DampedFactor:
         if info != 0 or not np.all(np.isfinite(z)):
             raise RuntimeError("GMRES on the damped tangent stalled")
         return z[:n], float(z[n])
+
+    def _solve_free(self) -> Bordered:
+        """Inverse of K alone; the multiplier stays."""
+        return lambda b, c: np.append(self.solve(b), 0.0)
+
+    def _solve_under(self, q: np.ndarray) -> Bordered:
+        """Inverse of K with the constraint's row and column q around it."""
+        along = self.solve(q)
+        slope = float(q @ along)
+
+        def solve(b: np.ndarray, c: float) -> np.ndarray:
+            y = self.solve(b)
+            step = (q @ y - c) / slope
+            return np.append(y - step * along, step)
+
+        return solve

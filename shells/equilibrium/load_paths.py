@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from .newton import Outcome
-from .structure import Follower, ShellState, ShellStep, ShellStructure
+from ..conditions.loads import Follower
+from .newton import NewtonOutcome
+from .state import ShellState, ShellStep
+from .structure import ShellStructure
 
 REMEDIES = {
-    Outcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
-    "shells.equilibrium.minimise, which descends from unstressed states",
-    Outcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of the "
-    "load, use shells.equilibrium.minimise, or refine the mesh there",
-    Outcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.equilibrium.minimise",
+    NewtonOutcome.SINGULAR: "support the free motion, prestress the shell, or inflate by "
+    "shells.minimise, which descends from unstressed states",
+    NewtonOutcome.DIVERGED: "a limit point is likely: control a volume or displacement instead of "
+    "the load, use shells.minimise, or refine the mesh there",
+    NewtonOutcome.LIMIT: "raise max_iterations of ShellStructure, or use shells.minimise",
 }
 
 
@@ -53,6 +55,7 @@ class Path:
 
     @property
     def ok(self) -> bool:
+        """Whether the path reached its last station."""
         return not self.failure
 
 
@@ -83,6 +86,10 @@ def follow(
     accepted : callable
         Hears the path so far at each station.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     ValueError
@@ -90,7 +97,8 @@ def follow(
     """
     if not len(stations) or stations[0] == start:
         raise ValueError(f"a path needs stations, the first beyond its start {start:g}")
-    current, steps, newton = start, [], 0
+    steps: list[ShellStep] = []
+    current, newton = start, 0
     smallest = floor * abs(stations[-1] - start)
     increment = stations[0] - start if increment is None else increment
     for number, target in enumerate(stations, 1):
@@ -119,7 +127,27 @@ def follow(
 def static_path(
     structure: ShellStructure, coefficients: np.ndarray, volumes: Sequence[float]
 ) -> Path:
-    """Equilibria along growing enclosed volumes (see `follow`)."""
+    """Equilibria along growing enclosed volumes, each step halved where Newton fails.
+
+    Parameters
+    ----------
+    structure : ShellStructure
+        With an enclosed volume.
+    coefficients : (n_full, 3) array
+        Configuration at the start.
+    volumes : sequence of float
+        Stations.
+
+    Returns
+    -------
+    Path
+        A step for each station reached; ``ok`` and ``failure`` tell why there are no more.
+
+    Raises
+    ------
+    ValueError
+        Without a volume beyond that of the start.
+    """
 
     def solve(volume: float, state: ShellState) -> ShellStep:
         return structure.static(state.coefficients, volume, pressure=state.pressure)
@@ -137,9 +165,30 @@ def load_path(
     start: float = 0.0,
     **options: Any,
 ) -> Path:
-    """Equilibria at fractions of a load; ``load(fraction)`` is what `static` takes.
+    """Equilibria at fractions of a load, each step halved where Newton fails.
 
-    ``coefficients`` carry the fraction ``start``; ``options`` are those of `follow`.
+    Parameters
+    ----------
+    structure : ShellStructure
+    coefficients : (n_full, 3) array
+        Equilibrium at the fraction ``start``.
+    load : callable
+        ``load(fraction)`` returns a load as `ShellStructure.static` takes it.
+    fractions : sequence of float
+        Stations.
+    start : float
+    **options
+        ``floor``, ``increment`` and ``accepted`` of `follow`.
+
+    Returns
+    -------
+    Path
+        A step for each station reached; ``ok`` and ``failure`` tell why there are no more.
+
+    Raises
+    ------
+    ValueError
+        Without a fraction beyond the start; supports that leave a rigid motion free.
     """
 
     def solve(fraction: float, state: ShellState) -> ShellStep:

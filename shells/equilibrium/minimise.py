@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .newton import Outcome, factorize
-from .structure import ShellState, ShellStructure
+from .newton import NewtonOutcome, factorize
+from .state import ShellState
+from .supported_shell import SupportedShell
 
 SHRINK, GROW = 0.25, 4.0
 REACH = 0.1  # largest move of one step over the structure's length
@@ -21,21 +22,34 @@ REACH = 0.1  # largest move of one step over the structure's length
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where the descent ended: state, outcome, iterations, last relative residual and shift."""
+    """Where the descent ended.
+
+    Parameters
+    ----------
+    state : ShellState
+        On failure, the lowest state found.
+    outcome : NewtonOutcome
+    iterations : int
+    residual : float
+        Norm of the last residual over that of the loads.
+    shift : float
+        Last multiple of the mass matrix.
+    """
 
     state: ShellState
-    outcome: Outcome
+    outcome: NewtonOutcome
     iterations: int
     residual: float
     shift: float
 
     @property
     def ok(self) -> bool:
-        return self.outcome is Outcome.CONVERGED
+        """Whether the residual reached its tolerance."""
+        return self.outcome is NewtonOutcome.CONVERGED
 
 
 def minimise(
-    structure: ShellStructure,
+    structure: SupportedShell,
     coefficients: np.ndarray,
     pressure: float = 0.0,
     *,
@@ -51,11 +65,13 @@ def minimise(
     structure : ShellStructure
         With an enclosed volume, unless the pressure is zero.
     coefficients : (n_full, 3) array
+        Start, possibly unstressed.
     pressure : float
     load : (n_full, 3) array, optional
         Dead load F.
     tolerance : float
         On the residual over the norm of the forces of pressure and load.
+    max_iterations : int
     shift : float
         First multiple of the mass matrix.
 
@@ -63,49 +79,49 @@ def minimise(
     -------
     Minimum
         On failure, the lowest state found.
-    """
-    shell, E, M = structure.shell, structure.E, structure.M
-    n = shell.basis.N
-    Er = E[:n]
-    Mr = (Er.T @ M @ Er).tocsr()
-    length = float(np.ptp(shell.basis.reference.value.reshape(-1, 3), axis=0).max())
 
-    dead = np.zeros(n) if load is None else load.ravel()[:n]
+    Raises
+    ------
+    ValueError
+        A pressure on a structure that encloses no volume.
+    """
+    E, E_shell, n = structure.E, structure.E_shell, structure.n
+    dead = np.zeros(n) if load is None else structure.own(load)
     inflated = pressure != 0.0
 
     def potential(c: np.ndarray) -> float:
         work = pressure * structure.volume(c) if inflated else 0.0
-        return sum(shell.energy(c[:n])) - work - float(dead @ c[:n])
+        return sum(structure.shell.energy(c[:n])) - work - float(dead @ c[:n])
+
+    def ended(outcome: NewtonOutcome) -> Minimum:
+        configuration = c.reshape(-1, structure.dimension)
+        state = ShellState(0.0, configuration, np.zeros_like(configuration), pressure)
+        return Minimum(state, outcome, iteration, residual, shift)
 
     c = coefficients.ravel().copy()
-    value, residual, outcome = potential(c), np.inf, Outcome.LIMIT
-    for iteration in range(1, max_iterations + 1):
-        gradient, tangent = shell.gradient_and_tangent(c[:n])
+    value, residual, iteration = potential(c), np.inf, 0
+    while iteration < max_iterations:
+        iteration += 1
+        gradient, tangent = structure.shell.gradient_and_tangent(c[:n])
         force = dead
         if inflated:
-            _, dQ, ddQ = structure.enclosed.derivatives(c[:n])
+            _, dQ, ddQ = structure.enclosure.derivatives(c[:n])
             force, tangent = force + pressure * dQ, tangent - pressure * ddQ
-        force = Er.T @ force
-        r = Er.T @ gradient - force
-        residual = float(np.linalg.norm(r) / max(np.linalg.norm(force), 1e-300))
+        force = E_shell.T @ force
+        r = E_shell.T @ gradient - force
+        residual = float(np.linalg.norm(r) / max(float(np.linalg.norm(force)), 1e-300))
         if residual <= tolerance:
-            outcome = Outcome.CONVERGED
-            break
-        K = Er.T @ tangent @ Er
+            return ended(NewtonOutcome.CONVERGED)
+        K = E_shell.T @ tangent @ E_shell
         while True:
-            d = factorize(K + shift * Mr)(-r)
+            d = factorize(K + shift * structure.M_free)(-r)
             trial = c + E @ d
             # rounding decides about the last digits of Pi: accept ties
             lower = potential(trial) <= value + 1e-13 * abs(value)
-            if lower and np.abs(d).max() < REACH * length and r @ d < 0.0:
+            if lower and np.abs(d).max() < REACH * structure.length and r @ d < 0.0:
                 break
             shift *= GROW
             if shift > 1e12:
-                return Minimum(_state(c, pressure), Outcome.DIVERGED, iteration, residual, shift)
+                return ended(NewtonOutcome.DIVERGED)
         c, value, shift = trial, potential(trial), SHRINK * shift
-    return Minimum(_state(c, pressure), outcome, iteration, residual, shift)
-
-
-def _state(c: np.ndarray, pressure: float) -> ShellState:
-    configuration = c.reshape(-1, 3)
-    return ShellState(0.0, configuration, np.zeros_like(configuration), pressure)
+    return ended(NewtonOutcome.LIMIT)

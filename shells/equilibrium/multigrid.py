@@ -1,7 +1,8 @@
 """Algebraic multigrid for very large tangents: smoothed aggregation on the rigid motions.
 
-Conjugate gradients with pyamg's hierarchy; for definite tangents only. The direct factor of
-`shells.equilibrium.newton.factorize` is faster up to a few hundred thousand unknowns and has no such limit.
+Conjugate gradients with pyamg's hierarchy; for definite tangents only. The direct factor
+`shells.equilibrium.newton.factorize` is faster up to a few hundred thousand unknowns and has no
+such limit.
 """
 
 from __future__ import annotations

@@ -10,15 +10,20 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse import issparse
+from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
+Matrix: TypeAlias = csr_matrix | np.ndarray
+Solve = Callable[[np.ndarray], np.ndarray]
+LinearSolver = Callable[[Matrix], Solve]
 
-class Outcome(enum.Enum):
-    """How an iteration ended."""
+
+class NewtonOutcome(enum.Enum):
+    """How an iteration ended; the value says it in words."""
 
     CONVERGED = "converged"
     DIVERGED = "the residual became infinite or grew beyond recovery"
@@ -35,7 +40,7 @@ class NewtonResult:
     x : (n,) array
     multiplier : float
         lam; the excess pressure is ``-lam``.
-    outcome : Outcome
+    outcome : NewtonOutcome
     history : tuple of float
         Largest update of each iteration.
     residual : float
@@ -45,21 +50,77 @@ class NewtonResult:
 
     x: np.ndarray
     multiplier: float
-    outcome: Outcome
+    outcome: NewtonOutcome
     history: tuple[float, ...]
     residual: float = np.inf
     factorizations: int = 0
 
 
-def factorize(matrix: object) -> Callable[[np.ndarray], np.ndarray]:
+@dataclass(frozen=True)
+class Equations:
+    """The system at one iterate.
+
+    Attributes
+    ----------
+    residual : (n,) array
+    tangent : (n, n) sparse or dense matrix, or None
+        None where only the residual was asked for.
+    row : (n,) array or None
+        Gradient q of the constraint, if there is one.
+    defect : float
+        Value g of the constraint.
+    """
+
+    residual: np.ndarray
+    tangent: Matrix | None
+    row: np.ndarray | None = None
+    defect: float = 0.0
+
+
+class TangentFactor(Protocol):
+    """A factored tangent K that solves with the constraint's row and column around it."""
+
+    def bordered(
+        self, residual: np.ndarray, q: np.ndarray | None, g: float
+    ) -> tuple[np.ndarray, float]:
+        """Updates of x and of the multiplier: ``[K, q; q^T, 0] [dx; dlam] = [-r; -g]``."""
+
+
+@dataclass(frozen=True)
+class BlockElimination:
+    """The constraint eliminated with a second right-hand side for ``solve``, the inverse of K."""
+
+    solve: Solve
+
+    def bordered(
+        self, residual: np.ndarray, q: np.ndarray | None, g: float
+    ) -> tuple[np.ndarray, float]:
+        """Updates of x and of the multiplier."""
+        if q is None:
+            return self.solve(-residual), 0.0
+        y = self.solve(np.stack([-residual, q], axis=1))
+        step = (g + q @ y[:, 0]) / (q @ y[:, 1])
+        return y[:, 0] - step * y[:, 1], step
+
+
+def factorize(matrix: Matrix) -> Solve:
     """Direct solver of a sparse symmetric-pattern or dense matrix.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse matrix or array
+
+    Returns
+    -------
+    callable
+        ``solve(b)`` for b of shape (n,) or (n, k).
 
     Raises
     ------
     RuntimeError, numpy.linalg.LinAlgError
         If the matrix is exactly singular.
     """
-    if issparse(matrix):
+    if not isinstance(matrix, np.ndarray):
         lu = splu(
             matrix.tocsc(),
             permc_spec="MMD_AT_PLUS_A",
@@ -72,30 +133,31 @@ def factorize(matrix: object) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def solve(
-    system: Callable[..., tuple],
+    system: Callable[[np.ndarray, float, bool], Equations],
     x: np.ndarray,
-    multiplier: float = 0.0,
+    multiplier: float,
+    factor: Callable[[Matrix], TangentFactor],
     *,
     tolerance: float,
-    max_iterations: int = 25,
-    solver: Callable[[object], Callable] = factorize,
-    reuse: float = 0.0,
+    max_iterations: int,
+    reuse: float,
 ) -> NewtonResult:
     """Solve ``r(x, lam) = 0, g(x) = 0``.
 
     Parameters
     ----------
     system : callable
-        ``system(x, lam)`` returns residual (n,), tangent (sparse or dense), constraint gradient
-        q (n,) or None, and constraint defect g. With ``reuse`` it is also called as
-        ``system(x, lam, False)`` and may then leave the tangent out.
+        ``system(x, lam, with_tangent)`` returns the `Equations` at an iterate; the tangent may
+        be left out where it is not wanted.
     x : (n,) array
         Start.
+    multiplier : float
+        Start of lam.
+    factor : callable
+        Factors a tangent.
     tolerance : float
         Stop when the largest update falls below it (one more quadratic step is then free).
     max_iterations : int
-    solver : callable
-        ``solver(matrix)`` returns a function that solves with the matrix.
     reuse : float
         Keep a factor as long as each update is below this fraction of the one before (chord
         iteration); 0 factors every tangent.
@@ -104,43 +166,33 @@ def solve(
     -------
     NewtonResult
     """
-    x, history, norms, count, solve_with = x.copy(), [], [], 0, None
+    x, count = x.copy(), 0
+    history: list[float] = []
+    norms: list[float] = []
+    factored: TangentFactor | None = None
 
-    def ended(outcome: Outcome) -> NewtonResult:
+    def ended(outcome: NewtonOutcome) -> NewtonResult:
         residual = norms[-1] / norms[0] if norms and norms[0] > 0.0 else 0.0
         return NewtonResult(x, multiplier, outcome, tuple(history), residual, count)
 
     for _ in range(max_iterations):
-        keep = solve_with is not None and len(history) > 1 and history[-1] < reuse * history[-2]
+        keep = len(history) > 1 and history[-1] < reuse * history[-2]
         keep |= reuse > 0.0 and len(history) == 1
-        residual, tangent, q, g = system(x, multiplier, False) if keep else system(x, multiplier)
-        norms.append(float(np.linalg.norm(residual)))
+        at = system(x, multiplier, not keep)
+        norms.append(float(np.linalg.norm(at.residual)))
         if not np.isfinite(norms[-1]):
-            return ended(Outcome.DIVERGED)
+            return ended(NewtonOutcome.DIVERGED)
         try:
-            if not keep:
-                solve_with, count = solver(tangent), count + 1
-            dx, step = _update(solve_with, residual, q, g)
+            if factored is None or not keep:
+                factored, count = factor(at.tangent), count + 1
+            dx, step = factored.bordered(at.residual, at.row, at.defect)
         except (RuntimeError, np.linalg.LinAlgError, ValueError):
-            return ended(Outcome.SINGULAR)
+            return ended(NewtonOutcome.SINGULAR)
         x += dx
         multiplier += step
         history.append(float(np.abs(dx).max()))
         if not np.isfinite(history[-1]) or history[-1] > 1e3 * max(history[0], tolerance):
-            return ended(Outcome.DIVERGED)
+            return ended(NewtonOutcome.DIVERGED)
         if history[-1] <= tolerance:
-            return ended(Outcome.CONVERGED)
-    return ended(Outcome.LIMIT)
-
-
-def _update(
-    solve_with: Callable, residual: np.ndarray, q: np.ndarray | None, g: float
-) -> tuple[np.ndarray, float]:
-    """Updates of x and of the multiplier by block elimination, or by the solver's own way."""
-    if hasattr(solve_with, "bordered"):
-        return solve_with.bordered(residual, q, g)
-    if q is None:
-        return solve_with(-residual), 0.0
-    y = solve_with(np.stack([-residual, q], axis=1))
-    step = (g + q @ y[:, 0]) / (q @ y[:, 1])
-    return y[:, 0] - step * y[:, 1], step
+            return ended(NewtonOutcome.CONVERGED)
+    return ended(NewtonOutcome.LIMIT)

@@ -1,4 +1,4 @@
-"""Plane curves on scikit-fem's C1 cubic Hermite line, and the area they enclose.
+"""Plane curves on scikit-fem's C1 cubic Hermite line.
 
 Coefficient ``2 k`` is the position of node k, ``2 k + 1`` its derivative by arc length of the
 reference; a configuration is ``(2 n_nodes, 2)`` and vector dof ``2 a + c`` is component c of
@@ -8,7 +8,6 @@ coefficient a. Curves run counterclockwise: ``rot t = (t_y, -t_x)`` points outwa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
@@ -32,6 +31,7 @@ class CurveJets:
 
     @property
     def normal(self) -> np.ndarray:
+        """Tangent turned outward, as long as the tangent."""
         return rot(self.tangent)
 
 
@@ -112,75 +112,3 @@ def hermite(xi: np.ndarray) -> np.ndarray:
         ],
         axis=-1,
     )
-
-
-class EnclosedArea:
-    """Area between a curve and the chord from its end to its start [T 2.29]: ``1/2 x^T A x``.
-
-    The area is quadratic in the coefficients; five Gauss points integrate it exactly.
-    """
-
-    def __init__(self, basis: CurveBasis):
-        self.basis = basis
-
-    @cached_property
-    def matrix(self) -> csr_matrix:
-        """A, symmetric ``(N, N)``; the closing chord included."""
-        b = self.basis
-        moment = np.einsum("aeq,beq,eq->eab", b.values, b.first, b.dx)
-        turn = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x . rot Dy = x_0 Dy_1 - x_1 Dy_0
-        elements = np.einsum("eab,ij->eaibj", moment, turn)
-        elements = elements.reshape(moment.shape[0], 8, 8)
-        half = b.scatter.matrix(0.5 * (elements + elements.swapaxes(1, 2))).tolil()
-        end, start = b.N - 4, 0  # chord from the last node's position back to the first's
-        for (i, j), sign in {(0, 1): 0.5, (1, 0): -0.5}.items():
-            half[end + i, start + j] += sign
-            half[start + j, end + i] += sign
-        return half.tocsr()
-
-    def value(self, x: np.ndarray) -> float:
-        """Enclosed area of coefficients ``(2 n_nodes, 2)`` or their dofs."""
-        x = np.ravel(x)
-        return 0.5 * float(x @ (self.matrix @ x))
-
-    def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Q' as a dof vector."""
-        return self.matrix @ np.ravel(x)
-
-    def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Q, Q' and Q''."""
-        gradient = self.gradient(x)
-        return 0.5 * float(np.ravel(x) @ gradient), gradient, self.matrix
-
-    def check(self, extraction: csr_matrix) -> None:
-        """Nothing to refuse: the chord follows the ends."""
-
-
-def end_supports(coefficients: np.ndarray, kind: str = "hinged") -> csr_matrix:
-    """Extraction ``(2 n_full, n_free)`` of a curve held at both ends.
-
-    Hinged ends keep their position; clamped ends also their tangent's direction, its length
-    stays free.
-
-    Raises
-    ------
-    ValueError
-        A kind other than ``"hinged"`` or ``"clamped"``.
-    """
-    if kind not in ("hinged", "clamped"):
-        raise ValueError(f"an end is 'hinged' or 'clamped', not {kind!r}")
-    n = coefficients.shape[0]
-    full = identity(2 * n, format="csc")
-    first, last = n - 2, n - 1
-    keep = np.setdiff1d(np.arange(2 * n), [0, 1, 2 * first, 2 * first + 1])
-    if kind == "hinged":
-        return full[:, keep].tocsr()
-    extraction = full[:, keep].tolil()
-    for coefficient in (1, last):
-        columns = np.flatnonzero(np.isin(keep, [2 * coefficient, 2 * coefficient + 1]))
-        tangent = coefficients[coefficient] / np.linalg.norm(coefficients[coefficient])
-        extraction[[2 * coefficient, 2 * coefficient + 1], columns[0]] = tangent[:, None]
-        extraction[2 * coefficient + 1, columns[1]] = 0.0
-        keep = np.delete(keep, columns[1])
-        extraction = extraction[:, np.delete(np.arange(extraction.shape[1]), columns[1])]
-    return extraction.tocsr()

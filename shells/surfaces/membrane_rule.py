@@ -1,4 +1,4 @@
-"""Reduced membrane quadrature over whole patches: the remedy against membrane locking.
+"""Reduced membrane quadrature over whole surfaces: the remedy against membrane locking.
 
 In each direction the fewest points that integrate the spline space of degree p + 1 and
 continuity p - 2 exactly: about 1.5 an element instead of p + 1, hence few enough strains that
@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .spline_surface import SplineSurface
 from .splines import SplineSpace, bernstein
+from .tensor_surface import TensorSurface
 
 
-def patch_rule(space: SplineSpace) -> tuple[np.ndarray, np.ndarray]:
+def reduced_rule(space: SplineSpace) -> tuple[np.ndarray, np.ndarray]:
     """Points and weights on the whole of a spline space.
 
     Parameters
@@ -75,7 +75,7 @@ def _moments(space: SplineSpace) -> np.ndarray:
 
 def _by_element(space: SplineSpace) -> tuple[np.ndarray, np.ndarray]:
     """Rule as local points and weights ``(n_elements, k)``, padded with zero weights."""
-    points, weights = patch_rule(space)
+    points, weights = reduced_rule(space)
     e = np.clip(np.searchsorted(space.breaks, points, side="right") - 1, 0, space.n_elements - 1)
     count = np.bincount(e, minlength=space.n_elements)
     rank = np.arange(e.size) - np.concatenate([[0], np.cumsum(count)])[e]
@@ -103,7 +103,7 @@ class MembranePoints:
     dx: np.ndarray
 
 
-def membrane_points(surface: SplineSurface, reference: np.ndarray | Callable) -> MembranePoints:
+def membrane_points(surface: TensorSurface, reference: np.ndarray | Callable) -> MembranePoints:
     """The rule on a surface, or on a block of its elements.
 
     Raises

@@ -1,4 +1,4 @@
-"""The pillow: one biquadratic tensor patch that closes on itself like a zipped pillowcase.
+"""The pillow: one biquadratic tensor surface that closes on itself like a zipped pillowcase.
 
 s is periodic; both ends of t are zipped, ``(s, t) ~ (-s, -t)`` and ``(s, 1 + t) ~ (-s, 1 - t)``:
 ghost rows of coefficients are index wraps, and the surface is C1 there without any condition.
@@ -8,7 +8,7 @@ Only the four corners ``s in {0, 1/2}, t in {0, 1}`` need one linear constraint 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -42,21 +42,18 @@ class Pillow(TensorSurface):
     n_s: int
     n_t: int
     elements: np.ndarray | None = None
+    s: SplineSpace = field(init=False, repr=False, compare=False)
+    # Bezier extraction of one uniform knot span; the wraps live in `element_dofs`
+    t: SplineSpace = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.n_s % 2 or self.n_s < 6 or self.n_t < 3:
             raise ValueError(
                 f"a pillow needs n_s even and >= 6 and n_t >= 3, got {self.n_s} x {self.n_t}"
             )
-
-    @cached_property
-    def s(self) -> SplineSpace:
-        return SplineSpace(np.linspace(0.0, 1.0, self.n_s + 1), 2, periodic=True)
-
-    @cached_property
-    def t(self) -> SplineSpace:
-        """Extraction of one uniform knot span; the wraps live in `element_dofs`."""
-        return SplineSpace(np.linspace(0.0, 1.0, self.n_t + 1), 2, periodic=True)
+        for name, n in (("s", self.n_s), ("t", self.n_t)):
+            space = SplineSpace(np.linspace(0.0, 1.0, n + 1), 2, periodic=True)
+            object.__setattr__(self, name, space)
 
     @cached_property
     def selected(self) -> np.ndarray:
@@ -84,6 +81,7 @@ class Pillow(TensorSurface):
 
     @property
     def n_coefficients(self) -> int:
+        """Number of coefficients."""
         return self.kept.size
 
     @cached_property
@@ -182,6 +180,7 @@ class Pillow(TensorSurface):
 
     @property
     def density_reduction(self) -> csr_matrix:
+        """Densities live on the wrapped splines themselves."""
         return identity(self.n_coefficients, format="csr")
 
     def restrict(self, elements: np.ndarray) -> Pillow:

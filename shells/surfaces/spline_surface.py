@@ -2,8 +2,8 @@
 
 Coefficient ``i * n_t + j`` belongs to ``N_i(s) N_j(t)``. Where an edge ``s = const`` collapses to
 a pole, the two rings of coefficients next to it follow three free points (a tangent plane), which
-makes the surface and every field on it C1 there. Satisfies `hbem.surfaces.patches.SurfacePatches` by
-structure; the density basis of a surface is its pole-reduced scalar basis.
+makes the surface and every field on it C1 there. The density basis of a surface is its
+pole-reduced scalar basis.
 """
 
 from __future__ import annotations
@@ -44,6 +44,12 @@ class SplineSurface(TensorSurface):
     elements : (n,) int array, optional
         Restriction to these elements (``e_s * t.n_elements + e_t``). Functions are then cut:
         coefficients of two restrictions of one surface are independent along their common rim.
+
+    Raises
+    ------
+    ValueError
+        Spaces of different degree; a pole without a periodic second direction; two poles with
+        fewer than four rings of coefficients between them.
     """
 
     s: SplineSpace
@@ -81,6 +87,7 @@ class SplineSurface(TensorSurface):
 
     @property
     def n_coefficients(self) -> int:
+        """Number of coefficients."""
         return self.kept.size
 
     @cached_property
@@ -99,38 +106,69 @@ class SplineSurface(TensorSurface):
         ):
             if not present:
                 continue
-            rows = np.concatenate([r * nt + np.arange(nt) for r in rings])
-            ringed[rows] = True
-            blocks.append((rows, pole_rings(self.t)))
+            ring_rows = np.concatenate([r * nt + np.arange(nt) for r in rings])
+            ringed[ring_rows] = True
+            blocks.append((ring_rows, pole_rings(self.t)))
         free = np.flatnonzero(~ringed)
-        rows, cols, data = [free], [np.arange(free.size)], [np.ones(free.size)]
-        for b, (r, values) in enumerate(blocks):
-            rows.append(np.repeat(r, 3))
-            cols.append(np.tile(free.size + 3 * b + np.arange(3), r.size))
-            data.append(values.ravel())
+        rows = [free, *(np.repeat(r, 3) for r, _ in blocks)]
+        cols = [np.arange(free.size)]
+        cols += [
+            np.tile(free.size + 3 * b + np.arange(3), blocks[b][0].size) for b in range(len(blocks))
+        ]
+        data = [np.ones(free.size), *(values.ravel() for _, values in blocks)]
         entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(cols)))
         full = coo_matrix(entries, (n, free.size + 3 * len(blocks))).tocsr()[self.kept]
         used = np.flatnonzero(np.diff(full.tocsc().indptr))
         return full[:, used]
 
     def restrict(self, elements: np.ndarray) -> SplineSurface:
-        """This surface on some of its elements (numbers within the tensor grid)."""
+        """This surface on some of its elements.
+
+        Parameters
+        ----------
+        elements : (n,) int array
+            Numbers ``e_s * t.n_elements + e_t`` within the grid.
+
+        Returns
+        -------
+        SplineSurface
+        """
         return SplineSurface(self.s, self.t, self.pole_start, self.pole_end, np.asarray(elements))
 
     def ring(self, i: int) -> np.ndarray:
-        """Coefficients of ring ``i`` of ``s`` (negative counts from the end)."""
+        """Coefficients of one ring, along which ``s`` is constant.
+
+        Parameters
+        ----------
+        i : int
+            Negative numbers count from the end.
+
+        Returns
+        -------
+        (n,) int array
+        """
         wanted = (i % self.s.n) * self.t.n + np.arange(self.t.n)
         return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
 
     def column(self, j: int) -> np.ndarray:
-        """Coefficients of column ``j`` of ``t`` (negative counts from the end)."""
+        """Coefficients of one column, along which ``t`` is constant.
+
+        Parameters
+        ----------
+        j : int
+            Negative numbers count from the end.
+
+        Returns
+        -------
+        (n,) int array
+        """
         wanted = np.arange(self.s.n) * self.t.n + j % self.t.n
         return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
 
     @property
     def open_edges(self) -> dict[str, np.ndarray]:
         """Coefficients of each open edge by name; empty for a closed surface."""
-        edges = {}
+        edges: dict[str, np.ndarray] = {}
         if not self.s.periodic:
             edges |= {} if self.pole_start else {"s = start": self.ring(0)}
             edges |= {} if self.pole_end else {"s = end": self.ring(-1)}

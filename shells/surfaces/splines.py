@@ -7,11 +7,12 @@ functions that live there are ``N_a = sum_k extraction[e, a, k] B_k`` with Berns
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import comb
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
 
@@ -27,6 +28,12 @@ def bernstein(degree: int, x: np.ndarray, derivative: int = 0) -> np.ndarray:
     return binomial.reshape(k.shape) * x**k * (1.0 - x) ** (degree - k)
 
 
+def unit_gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights ``(n,)`` on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return 0.5 * (x + 1.0), 0.5 * w
+
+
 @dataclass(frozen=True)
 class SplineSpace:
     """Splines of one variable on given breaks.
@@ -40,7 +47,7 @@ class SplineSpace:
     periodic : bool
         Identify both ends.
     multiplicity : (n_elements + 1,) int array, optional
-        Knot multiplicity at each break (ends of open spaces are always p + 1); default 1.
+        Knot multiplicity at each break (ends of open spaces are always p + 1); none given: 1.
 
     Raises
     ------
@@ -52,7 +59,7 @@ class SplineSpace:
     breaks: np.ndarray
     degree: int
     periodic: bool = False
-    multiplicity: np.ndarray | None = None
+    multiplicity: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
 
     def __post_init__(self) -> None:
         breaks = np.asarray(self.breaks, dtype=float)
@@ -65,8 +72,8 @@ class SplineSpace:
                 f"breaks must increase: breaks[{i + 1}] = {breaks[i + 1]:g} follows "
                 f"{breaks[i]:g}; repeat a knot by multiplicity, or use SplineSpace.from_knots"
             )
-        m = np.ones(breaks.size, dtype=int) if self.multiplicity is None else self.multiplicity
-        m = np.asarray(m, dtype=int)
+        m = np.asarray(self.multiplicity, dtype=int)
+        m = m if m.size else np.ones(breaks.size, dtype=int)
         if m.shape != breaks.shape or m.min() < 1 or m[1:-1].max(initial=1) > self.degree:
             raise ValueError(f"knot multiplicities must lie in 1..{self.degree}, one a break")
         object.__setattr__(self, "multiplicity", m)
@@ -78,7 +85,17 @@ class SplineSpace:
 
     @classmethod
     def from_knots(cls, knots: np.ndarray, degree: int) -> SplineSpace:
-        """Open space of a knot vector ``(n + degree + 1,)`` with p + 1 knots at each end.
+        """Open space of a knot vector.
+
+        Parameters
+        ----------
+        knots : (n + degree + 1,) array
+            With degree + 1 equal knots at each end.
+        degree : int
+
+        Returns
+        -------
+        SplineSpace
 
         Raises
         ------
@@ -99,6 +116,7 @@ class SplineSpace:
 
     @property
     def n_elements(self) -> int:
+        """Number of elements."""
         return self.breaks.size - 1
 
     @cached_property
@@ -154,8 +172,20 @@ class SplineSpace:
         knots = self.knots
         return np.array([knots[j + 1 : j + p + 1].mean() for j in range(self.n)])
 
-    def evaluate(self, x: np.ndarray, derivative: int = 0) -> np.ndarray:
-        """Values or derivatives of all functions, ``(x.size, n)``, dense."""
+    def evaluate(self, x: ArrayLike, derivative: int = 0) -> np.ndarray:
+        """Values or derivatives of all functions.
+
+        Parameters
+        ----------
+        x : (m,) array or float
+        derivative : int
+            Its order; 0 for values.
+
+        Returns
+        -------
+        (m, n) array
+            Dense.
+        """
         x = np.atleast_1d(np.asarray(x, dtype=float))
         inner = np.searchsorted(self.breaks, x, side="right") - 1
         e = np.clip(inner, 0, self.n_elements - 1)
@@ -172,10 +202,20 @@ class SplineSpace:
         x: np.ndarray,
         constraints: list[tuple[np.ndarray, np.ndarray]] | None = None,
     ) -> np.ndarray:
-        """Least-squares coefficients ``(n, k)`` of samples ``curve (m, k)`` at ``x (m,)``.
+        """Least-squares coefficients of samples.
 
-        Each constraint ``(row (n,), value (k,))`` holds exactly; NaN in ``value`` frees that
-        component.
+        Parameters
+        ----------
+        curve : (m, k) array
+            Samples.
+        x : (m,) array
+            Their parameters.
+        constraints : list of (row (n,), value (k,)), optional
+            ``row @ coefficients = value`` holds exactly; NaN in ``value`` frees that component.
+
+        Returns
+        -------
+        (n, k) array
         """
         matrix = self.evaluate(x)
         normal = matrix.T @ matrix

@@ -2,16 +2,16 @@
 
 The parametric mesh is a plain quadrilateral grid; the reference configuration enters through
 ``dx = |X_s x X_t| ds dt``, so that forms integrate over the reference surface. Derivatives of
-``DiscreteField`` are parametric (``grad``, ``hess``); `frame` turns them into derivatives in an
-orthonormal tangent frame, which is all that the parametrization-free formulation needs.
+``DiscreteField`` are parametric (``grad``, ``hess``); `shells.energy.frame` turns them into
+derivatives in an orthonormal tangent frame, all that a parametrization-free energy needs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cached_property
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
@@ -19,11 +19,14 @@ from skfem import BilinearForm, MeshQuad
 from skfem.assembly.basis import AbstractBasis
 from skfem.element import DiscreteField, ElementQuad1
 
+from .jets import Jets
 from .spline_surface import SplineSurface
-from .splines import bernstein
+from .splines import bernstein, unit_gauss
+from .tensor_surface import TensorSurface
+from .vector_functions import VectorFunctions
 
 
-def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> str:
+def _degenerate(surface: TensorSurface, ok: np.ndarray, points: np.ndarray) -> str:
     """Which elements have parallel tangents, and where."""
     bad = np.flatnonzero(~ok.all(axis=1))
     e = int(bad[0])
@@ -36,59 +39,13 @@ def _degenerate(surface: SplineSurface, ok: np.ndarray, points: np.ndarray) -> s
     )
 
 
-@dataclass(frozen=True)
-class Jets:
-    """A surface and its derivatives at quadrature points.
-
-    Attributes
-    ----------
-    value : (n_elements, n_points, 3) array
-    grad : (2, n_elements, n_points, 3) array
-        Derivatives along s and t.
-    hess : (3, n_elements, n_points, 3) array
-        Second derivatives ss, tt, st.
-    """
-
-    value: np.ndarray
-    grad: np.ndarray
-    hess: np.ndarray
-
-    @cached_property
-    def normal(self) -> np.ndarray:
-        """Unnormalised normal ``X_s x X_t``, ``(n_elements, n_points, 3)``."""
-        return np.cross(self.grad[0], self.grad[1])
-
-
-class _Components(Sequence):
-    """Vector-valued basis functions made on access: storage stays scalar."""
-
-    def __init__(self, basis: SurfaceBasis, components: int):
-        self._basis, self._components = basis, components
-
-    def __len__(self) -> int:
-        return self._basis.values.shape[0] * self._components
-
-    def __getitem__(self, i: int) -> tuple[DiscreteField, ...]:
-        a, c = divmod(range(len(self))[i], self._components)
-        b = self._basis
-        hess = np.stack([b.hess[0, a], b.hess[2, a], b.hess[2, a], b.hess[1, a]])
-        parts = (b.values[a], b.grads[:, a], hess.reshape(2, 2, *hess.shape[1:]))
-        if self._components == 1:
-            return (DiscreteField(value=parts[0], grad=parts[1], hess=parts[2]),)
-        full = []
-        for part in parts:
-            array = np.zeros((self._components, *part.shape))
-            array[c] = part
-            full.append(array)
-        return (DiscreteField(value=full[0], grad=full[1], hess=full[2]),)
-
-
 class SurfaceBasis(AbstractBasis):
     """Basis functions of a `SplineSurface` at Gauss points of its elements.
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : TensorSurface
+        A `SplineSurface` or a `Pillow`.
     reference : (n_coefficients, 3) array, callable or Jets
         Reference configuration as coefficients, jets at the points, or an exact one:
         ``reference(s, t)`` returns ``X, (X_s, X_t), (X_ss, X_tt, X_st)``, each ``(..., 3)``.
@@ -107,15 +64,14 @@ class SurfaceBasis(AbstractBasis):
 
     def __init__(
         self,
-        surface: SplineSurface,
+        surface: TensorSurface,
         reference: np.ndarray | Callable | Jets,
         points: int | None = None,
         components: int = 3,
     ):
         self.surface, self.components = surface, components
         n = surface.degree + 1 if points is None else points
-        x, w = np.polynomial.legendre.leggauss(n)
-        x, w = 0.5 * (x + 1.0), 0.5 * w
+        x, w = unit_gauss(n)
         xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
         self.X, self.W = np.stack([xi, eta]), np.outer(w, w).ravel()
         self._evaluate(xi, eta)
@@ -124,7 +80,7 @@ class SurfaceBasis(AbstractBasis):
         area = np.linalg.norm(self.reference.normal, axis=-1)
         if not np.all(ok := area > 1e-14 * area.max()):
             raise ValueError(_degenerate(surface, ok, self.reference.value))
-        hs, ht = self._sizes
+        hs, ht = self.sizes
         self.dx = area * self.W * (hs * ht)[:, None]
         self.mesh = MeshQuad.init_tensor(surface.s.breaks, surface.t.breaks)
         self.mapping = self.mesh._mapping()
@@ -140,23 +96,33 @@ class SurfaceBasis(AbstractBasis):
             element_dofs=dofs.astype(np.int32), N=components * surface.n_coefficients
         )
         self.Nbfun = dofs.shape[0]
-        self.basis = _Components(self, components)
+        self.basis = VectorFunctions(self.values, self.grads, self.hess, components)
 
     def mass(self, density: float) -> csr_matrix:
-        """Mass matrix ``(3 n_coefficients, 3 n_coefficients)`` of a uniform areal density."""
+        """Mass matrix of a uniform areal density.
+
+        Parameters
+        ----------
+        density : float
+
+        Returns
+        -------
+        (3 n_coefficients, 3 n_coefficients) sparse matrix
+        """
         points = round(self.X.shape[1] ** 0.5)
         scalar = SurfaceBasis(self.surface, self.reference, points, components=1)
         form = BilinearForm(lambda u, v, w: density * u * v)
         return kron(form.assemble(scalar), identity(3), format="csr")
 
     @cached_property
-    def _sizes(self) -> tuple[np.ndarray, np.ndarray]:
+    def sizes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths of each element along s and t, ``(n_elements,)``."""
         es, et = np.divmod(self.surface.selected, self.surface.t.n_elements)
         return np.diff(self.surface.s.breaks)[es], np.diff(self.surface.t.breaks)[et]
 
     def _evaluate(self, xi: np.ndarray, eta: np.ndarray) -> None:
         p, tables = self.surface.degree, self.surface.tables
-        hs, ht = self._sizes
+        hs, ht = self.sizes
 
         def along(i: int, j: int) -> np.ndarray:
             product = bernstein(p, xi, i)[:, None] * bernstein(p, eta, j)[None]
@@ -175,7 +141,21 @@ class SurfaceBasis(AbstractBasis):
         return Jets(np.asarray(value), np.stack(grad), np.stack(hess))
 
     def jets(self, coefficients: np.ndarray) -> Jets:
-        """Jets of the field with coefficients ``(n_coefficients, 3)``."""
+        """A field and its derivatives at the quadrature points.
+
+        Parameters
+        ----------
+        coefficients : (n_coefficients, 3) array
+
+        Returns
+        -------
+        Jets
+
+        Raises
+        ------
+        ValueError
+            Coefficients of another shape.
+        """
         coefficients = np.asarray(coefficients)
         if coefficients.shape != (self.surface.n_coefficients, 3):
             raise ValueError(
@@ -192,7 +172,12 @@ class SurfaceBasis(AbstractBasis):
     # --- the scikit-fem interface -----------------------------------------------------------
 
     def default_parameters(self) -> dict[str, DiscreteField]:
-        """Position ``x`` and unit normal ``n`` of the reference, element size ``h``."""
+        """Position ``x`` and unit normal ``n`` of the reference, element size ``h``.
+
+        Returns
+        -------
+        dict of DiscreteField
+        """
         normal = self.reference.normal
         unit = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
         size = np.sqrt(self.dx.sum(axis=1, keepdims=True)) * np.ones_like(self.dx)
@@ -203,15 +188,35 @@ class SurfaceBasis(AbstractBasis):
         }
 
     def global_coordinates(self) -> DiscreteField:
-        """Parameters (s, t) of the quadrature points, ``(2, n_elements, n_points)``."""
+        """Parameters (s, t) of the quadrature points.
+
+        Returns
+        -------
+        (2, n_elements, n_points) DiscreteField
+        """
         es, et = np.divmod(self.surface.selected, self.surface.t.n_elements)
-        hs, ht = self._sizes
+        hs, ht = self.sizes
         s = self.surface.s.breaks[es][:, None] + hs[:, None] * self.X[0]
         t = self.surface.t.breaks[et][:, None] + ht[:, None] * self.X[1]
         return DiscreteField(np.stack([s, t]))
 
     def interpolate(self, w: np.ndarray) -> DiscreteField:
-        """Field with dof vector ``w (N,)`` at the quadrature points."""
+        """A field at the quadrature points, with both derivatives.
+
+        Parameters
+        ----------
+        w : (N,) array
+            Its dof vector.
+
+        Returns
+        -------
+        DiscreteField
+
+        Raises
+        ------
+        ValueError
+            A vector of another length.
+        """
         if w.shape != (self.N,):
             raise ValueError(f"expected a dof vector of length {self.N}, got shape {w.shape}")
         local = w.reshape(-1, self.components)[self.surface.element_dofs]
@@ -224,8 +229,20 @@ class SurfaceBasis(AbstractBasis):
             value, grad, hess = value[0], grad[0], hess[0]
         return DiscreteField(value=value, grad=grad, hess=hess)
 
-    def project(self, interp: Callable | np.ndarray | float, **_: object) -> np.ndarray:
-        """L2 projection onto the basis; callables receive (s, t)."""
+    def project(self, interp: Callable | np.ndarray | float, **_: Any) -> np.ndarray:
+        """L2 projection onto the basis.
+
+        Parameters
+        ----------
+        interp : callable, array or float
+            Callables receive (s, t).
+        **_
+            Options of scikit-fem that have no meaning here.
+
+        Returns
+        -------
+        (N,) array
+        """
         from skfem.utils import solve
 
         return solve(*self._projection(interp))
@@ -240,11 +257,39 @@ class SurfaceBasis(AbstractBasis):
             Start or end of that direction.
         layer : int
             0 is the trace; 1 together with 0 clamps.
+
+        Returns
+        -------
+        (n,) int array
+
+        Raises
+        ------
+        ValueError
+            A surface that is no `SplineSurface`.
         """
-        pick = self.surface.ring if direction == "s" else self.surface.column
+        surface = self.surface
+        if not isinstance(surface, SplineSurface):
+            raise ValueError("only a SplineSurface has edges of its grid; a Pillow has none")
+        pick = surface.ring if direction == "s" else surface.column
         rows = pick(layer if end == 0 else -1 - layer)
         return (self.components * rows[:, None] + np.arange(self.components)).ravel()
 
-    def get_dofs(self, *_: object, **__: object) -> np.ndarray:
-        """Not available on splines: use `boundary`."""
+    def get_dofs(self, *_: Any, **__: Any) -> np.ndarray:
+        """Refuse: splines have no facet dofs, use `boundary`.
+
+        Parameters
+        ----------
+        *_, **__
+            Whatever scikit-fem passes.
+
+        Returns
+        -------
+        (n,) int array
+            Never.
+
+        Raises
+        ------
+        AttributeError
+            Always.
+        """
         raise AttributeError("spline coefficients have no facets: use boundary(direction, end)")

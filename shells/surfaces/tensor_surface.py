@@ -1,7 +1,7 @@
-"""What all spline surfaces of one parameter grid share: Bezier patches, density tables, samples.
+"""What all spline surfaces of one parameter grid share: Bezier elements, density tables, samples.
 
 A surface names its elements, the coefficients that live on each and their Bezier extraction;
-everything `hbem.surfaces.patches.SurfacePatches` asks for follows.
+everything that the boundary elements of `hbem` ask of a surface follows.
 """
 
 from __future__ import annotations
@@ -22,27 +22,36 @@ class TensorSurface(ABC):
     ----------
     s, t : SplineSpace
         Spaces of both directions, of one degree; outward normal is ``d_s x d_t``.
-    n_coefficients : int
-        Rows of a coefficient array ``(n_coefficients, 3)``.
-    selected : (n_elements,) int array
-        Element numbers of the grid.
-    element_dofs : (n_elements, (p + 1) ** 2) int array
-        Coefficients of each element.
-    reduction : (n_coefficients, k) sparse matrix
-        Scalar extraction: coefficients of a smooth field from its free dofs.
     """
 
     s: SplineSpace
     t: SplineSpace
-    n_coefficients: int
-    selected: np.ndarray
-    element_dofs: np.ndarray
-
     shape = "quadrilateral"
 
     @property
     @abstractmethod
-    def reduction(self) -> csr_matrix: ...
+    def n_coefficients(self) -> int:
+        """Rows of a coefficient array ``(n_coefficients, 3)``."""
+
+    @property
+    @abstractmethod
+    def selected(self) -> np.ndarray:
+        """Element numbers of the grid that this surface consists of, ``(n_elements,)``."""
+
+    @property
+    @abstractmethod
+    def element_dofs(self) -> np.ndarray:
+        """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
+
+    @property
+    @abstractmethod
+    def reduction(self) -> csr_matrix:
+        """Scalar extraction ``(n_coefficients, k)``: coefficients of a smooth field from dofs."""
+
+    @property
+    @abstractmethod
+    def open_edges(self) -> dict[str, np.ndarray]:
+        """Coefficients along each edge that nothing closes, by the edge's name."""
 
     @property
     def density_reduction(self) -> csr_matrix:
@@ -51,6 +60,7 @@ class TensorSurface(ABC):
 
     @property
     def degree(self) -> int:
+        """Polynomial degree p in each direction."""
         return self.s.degree
 
     geometry_degree = degree
@@ -58,6 +68,7 @@ class TensorSurface(ABC):
 
     @property
     def n_elements(self) -> int:
+        """Number of elements."""
         return self.selected.size
 
     @cached_property
@@ -97,14 +108,17 @@ class TensorSurface(ABC):
 
     @property
     def indptr(self) -> np.ndarray:
+        """Density functions of element e are rows ``indptr[e]`` to ``indptr[e + 1]`` of `dofs`."""
         return self._density[0]
 
     @property
     def dofs(self) -> np.ndarray:
+        """Density dof of each row."""
         return self._density[1]
 
     @property
     def extraction(self) -> np.ndarray:
+        """Bezier coefficients of each row, ``(n_rows, (p + 1) ** 2)``."""
         return self._density[2]
 
     def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:

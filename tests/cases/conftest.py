@@ -1,4 +1,4 @@
-"""The toy build in place of the real one."""
+"""The toy kind in place of the inflation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-import cases
+from cases.kinds import KINDS
 
 TOY = Path(__file__).with_name("toy.py")
 
@@ -25,11 +25,9 @@ def toy() -> ModuleType:
 
 @pytest.fixture
 def use(monkeypatch, toy):
-    """Put a toy build with the given scheme in the place of `cases.kinds.inflation.build`."""
+    """Run scenes of inflations by the toy, with the given scheme."""
 
     def put(scheme=None):
-        fake = toy.build(scheme)
-        monkeypatch.setitem(sys.modules, "cases.kinds.inflation.build", fake)
-        monkeypatch.setattr(cases, "build", fake, raising=False)
+        monkeypatch.setitem(KINDS, "inflation", toy.ToyKind(scheme))
 
     return put

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import subprocess
@@ -12,9 +13,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import cases
 from cases import benchmarks, cli
 from cases.benchmarks import report
+from cases.kinds import KINDS
 from cases.kinds.inflation.comparison import _matched
 from cases.output.atomic import SUFFIX
 from cases.output.figures import NoPicture
@@ -44,8 +45,7 @@ def whole(tmp_path_factory, toy):
     """An uninterrupted toy run."""
     folder = tmp_path_factory.mktemp("whole") / "run"
     patch = pytest.MonkeyPatch()
-    patch.setitem(sys.modules, "cases.kinds.inflation.build", toy.build())
-    patch.setattr(cases, "build", sys.modules["cases.kinds.inflation.build"], raising=False)
+    patch.setitem(KINDS, "inflation", toy.ToyKind())
     code = cli.main([*RUN, "--out", str(folder)])
     patch.undo()
     assert code == 0
@@ -178,9 +178,9 @@ def test_resume_refuses_a_changed_scene(tmp_path, use, capsys):
 def test_check_prints_the_forecast(monkeypatch, capsys):
     item = SimpleNamespace(name="rho", value=0.48123, unit="", note="m dt S")
     forecast = SimpleNamespace(items=[item], warnings=["rho = 7.8 > 1: use scheme 'implicit'"])
-    fake = SimpleNamespace(forecast=lambda scene: forecast)
-    monkeypatch.setitem(sys.modules, "cases.kinds.inflation.forecast", fake)
-    monkeypatch.setattr(cases, "preflight", fake, raising=False)
+    fake = dataclasses.replace(KINDS["inflation"])
+    object.__setattr__(fake, "forecast", lambda scene: forecast)
+    monkeypatch.setitem(KINDS, "inflation", fake)
     assert cli.main(["check", "pancake"]) == 0
     out = capsys.readouterr().out
     assert "0.4812" in out

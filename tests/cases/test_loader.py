@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
 from cases import cli, loader
-from cases.kinds.inflation.config import GEOMETRIES, Scene
+from cases.kinds import KINDS
+from cases.kinds.inflation.config import InflationScene
+from cases.scene_text import write
 
 PHYSICAL = """
 [physical]
@@ -88,7 +91,7 @@ def test_all_problems_at_once(tmp_path):
             "structure.flexural_rigidity: -1.0 must be above",
         ),
         ("[mesh]\ndisc = 0", "mesh.disc: 0 must be at least 1"),
-        ('[geometry]\nkind = "sphere"', "the inflow would lie on no element"),
+        ('[geometry]\nkind = "sphere"', "geometry.kind: \"sphere\" is none of 'pancake', 'pillow'"),
         ('[mesh]\ndegree = 2\njoints = "double"', "mesh.joints: 'double' knots on degree 2"),
         ("[inflow]\nt1 = 5\nt2 = 4", "inflow.t2: 4 lies before the end of the ramp"),
         ("[time]\ndt = 8\nend = 4", "time.end: 4 is less than one step"),
@@ -142,7 +145,7 @@ def test_bad_overrides_are_all_reported():
 @pytest.mark.parametrize("name", ["pancake", "pancake-20", "pancake-pressure"])
 def test_round_trip_is_exact(tmp_path, name):
     scene = loader.read(name, ["time.dt=0.1", 'description="a \\"b\\" \\\\ é\\n"'])
-    assert loader.read(_file(tmp_path, loader.write(scene))) == scene
+    assert loader.read(_file(tmp_path, write(scene))) == scene
 
 
 def test_physical_table_determines_the_groups(tmp_path):
@@ -155,7 +158,7 @@ def test_physical_table_determines_the_groups(tmp_path):
     assert scene.structure.flexural_rigidity == pytest.approx(1e-6 / 12, rel=1e-14)
     assert scene.structure.poisson_ratio == 0.3
     assert scene.fluid.mass_ratio == pytest.approx(1.8e-2 / (pressure_unit * time_unit), rel=1e-14)
-    assert loader.read(_file(tmp_path, loader.write(scene))) == scene
+    assert loader.read(_file(tmp_path, write(scene))) == scene
 
 
 def test_physical_and_dimensionless_values_exclude_each_other(tmp_path):
@@ -166,5 +169,42 @@ def test_physical_and_dimensionless_values_exclude_each_other(tmp_path):
 
 
 def test_defaults_are_valid():
-    assert loader.read("pancake").mesh == Scene("x").mesh
-    assert GEOMETRIES[Scene("x").geometry.kind]
+    assert loader.read("pancake").mesh == InflationScene("x").mesh
+
+
+@pytest.mark.parametrize(
+    ("scene", "override", "message"),
+    [
+        (
+            "pancake",
+            "geometry.fold=roll",
+            "= 'pillow', not to \"pancake\"",
+        ),
+        ("pillow", "geometry.half_width=3", "belongs to geometry.kind = 'pancake'"),
+        ("pillow", "mesh.rim=9", "belongs to geometry.kind = 'pancake'"),
+        ("planar-stokes-fold", "geometry.width=9", "belongs to geometry.kind = 'pancake'"),
+        ("cantilever-shear", "geometry.inner=2", "belongs to geometry.kind = 'annulus'"),
+        ("cantilever-shear", "load.moment=2", "belongs to load.kind = 'moment'"),
+        ("cavity-re10", "goal.radius=0.2", "belongs to goal.kind = 'velocity'"),
+    ],
+)
+def test_keys_of_another_shape_are_refused(scene, override, message):
+    with pytest.raises(loader.SceneError, match=re.escape(message)):
+        loader.read(scene, [override])
+
+
+def test_another_shape_on_the_command_line_replaces_the_files(tmp_path):
+    scene = loader.read("pancake", ["mesh.around=16", "geometry.kind=pillow"])
+    assert (scene.geometry.kind, scene.geometry.fold, scene.mesh.around) == ("pillow", "flat", 16)
+    assert loader.read(_file(tmp_path, write(scene))) == scene
+    assert "half_width" not in write(scene)
+
+
+def test_every_shape_is_valid_by_default(tmp_path):
+    for kind in KINDS.values():
+        for section in kind.sections.values():
+            for word in getattr(section, "tables", ()):
+                head, key = section.key.split(".")
+                text = f'kind = "{kind.name}"\n[{head}]\n{key} = "{word}"\n'
+                more = ["load.moment=1"] if word == "moment" else []
+                loader.read(_file(tmp_path, text), more)

@@ -1,4 +1,4 @@
-"""A stand-in for `cases.kinds.inflation.build`: a tube that swells, with scheme memory and rejected steps.
+"""A kind that stands in for the inflation: a tube that swells, with memory and rejected steps.
 
 Run as a script (``toy.py OUT KILL_AT``) it is killed with SIGKILL inside a step.
 """
@@ -8,15 +8,15 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from coupling.protocols import Result, State, Traction
-from coupling.schemes.scheme import Attempt
-from coupling.stepping.time_loop import Simulation, StepControl
+from cases.kinds.inflation import KIND
+from cases.kinds.kind import TimeFolder
+from coupling import Result, Simulation, State, StepControl, StepResult
 
 AROUND, ROWS = 8, 4
 
@@ -65,13 +65,18 @@ class Scheme:
             raise self.error
         problem.report(1, 0.5, 1.0, False)
         if 40.0 < state.t < 60.0 and dt > 4.0:
-            return Attempt(Result.COUPLING, iterations=1)
+            return StepResult(Result.COUPLING, iterations=1)
         problem.report(2, 1e-6, 1.0, True)
         velocity = float(memory["rate"]) * state.coefficients
         new = State(state.t + dt, state.coefficients + dt * velocity, velocity, np.sin(state.t))
         memory = {"rate": memory["rate"] * 1.01, "load": memory["load"] * 1.1}
-        traction = Traction(1e-2 * velocity, 1e-7)
-        return Attempt(None, Step(new), None, traction, memory, 2, 2, 5, 11)
+        traction = plain_traction(1e-2 * velocity, 1e-7)
+        return StepResult(None, Step(new), None, traction, memory, 2, 2, 5, 11)
+
+
+def plain_traction(coefficients: np.ndarray, zeta: float) -> SimpleNamespace:
+    rest = {"flux": 0.0, "velocity_max": 0.0, "iterations": 0, "residual": 0.0}
+    return SimpleNamespace(coefficients=coefficients, zeta=zeta, **rest)
 
 
 def initial() -> np.ndarray:
@@ -96,35 +101,48 @@ class Sampler:
         }
 
 
-def build(scheme: Scheme | None = None) -> SimpleNamespace:
-    """A module-like object with the signatures of `cases.kinds.inflation.build`."""
+@dataclass
+class ToySimulated:
+    """A scene as objects."""
 
-    def simulation(scene, recorders=()):
-        start = State(0.0, initial(), np.zeros((AROUND * ROWS, 3)))
+    scene: object
+    scheme: object
+    sampler: object = field(default_factory=Sampler)
+    skips: tuple = ("toy: all",)
+    accuracy: None = None
+    fluid: None = None
+
+    def simulation(self, recorders=()):
+        time = self.scene.time
         return Simulation(
             structure=Tube(),
             fluid=None,
-            scheme=scheme or Scheme(),
+            scheme=self.scheme,
             volume=lambda t: 1.0 + t,
-            initial=start,
-            control=StepControl(scene.time.dt, scene.time.end, floor=scene.time.dt_floor),
+            initial=State(0.0, initial(), np.zeros((AROUND * ROWS, 3))),
+            control=StepControl(time.dt, time.end, floor=time.dt_floor),
             recorders=recorders,
             diagnostics=lambda state: {"min_gap": 2.0},
-            checkpoint_every=scene.output.checkpoint_every,
+            checkpoint_every=self.scene.output.checkpoint_every,
         )
 
-    return SimpleNamespace(
-        simulation=simulation, fields=lambda scene: Sampler(), skipped=lambda scene: ["toy: all"]
-    )
+
+class ToyKind(TimeFolder):
+    """The inflation's tables and pictures, with a run of its own."""
+
+    def __init__(self, scheme=None):
+        super().__init__(**{f.name: getattr(KIND, f.name) for f in fields(KIND)})
+        object.__setattr__(self, "scheme", scheme)
+
+    def simulated(self, scene):
+        return ToySimulated(scene, self.scheme or Scheme())
 
 
 if __name__ == "__main__":
-    import cases
     from cases import cli
+    from cases.kinds import KINDS
 
-    cases.kinds.inflation.build = sys.modules["cases.kinds.inflation.build"] = build(
-        Scheme(kill_at=int(sys.argv[2]))
-    )
+    KINDS["inflation"] = ToyKind(Scheme(kill_at=int(sys.argv[2])))
     folder = str(Path(sys.argv[1]))
     sys.exit(cli.main(["run", "pancake", "--set", "time.dt=8", "--set", "time.end=160", "--set",
                        "output.checkpoint_every=4", "--set", "output.fields_every=3",

@@ -16,8 +16,8 @@ CODE = """
 import sys
 import numpy as np
 from cases.geometry.bodies import fitted, sphere
-from hbem.quadrature import QuadratureOrders
-from hbem.single_layer import single_layer
+from hbem.surfaces.quadrature import QuadratureOrders
+from hbem.layers.single_layer import single_layer
 tiny = QuadratureOrders(outer=1, near_offset=2.0, near_slope=0.5, radial=1, angular=1)
 for body in (sphere(3, 4), fitted(sphere(3, 4))):
     np.savetxt(sys.stdout, single_layer(body, body.coefficients, tiny).dense())

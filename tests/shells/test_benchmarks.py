@@ -11,12 +11,14 @@ from cases.benchmarks.shells import rotations as shell_rotations
 from cases.benchmarks.shells import speed as shell_speed
 from cases.geometry.revolution import flat_bag, sphere
 from shells.conditions.supports import extraction, vector_dofs
-from shells.energy.hyperelastic import NeoHookean, PointwiseShell
+from shells.energy.densities import NeoHookean
+from shells.energy.hyperelastic import HyperelasticShell
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume, OpenVolume
 from shells.equilibrium.minimise import minimise
-from shells.equilibrium.structure import ShellState, ShellStructure
+from shells.equilibrium.state import ShellState
+from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.spline_surface import SplineSurface, ring_scale
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
@@ -117,7 +119,7 @@ def test_inflated_sphere(case):
         pressure = (stretch - 1.0 / stretch) * 1.3
     else:
         density = NeoHookean(Material(1e-8, poisson_ratio=0.5))
-        shell, stretch = PointwiseShell(basis, density), 1.15
+        shell, stretch = HyperelasticShell(basis, density), 1.15
         pressure = 0.5 * (1.0 / stretch - 1.0 / stretch**7)
     structure = ShellStructure(shell, extraction(surface.reduction), EnclosedVolume(basis))
     end = minimise(structure, c, pressure)
@@ -174,20 +176,20 @@ def test_formulations_and_locking():
     assert found == pytest.approx([0.479, 0.878, 0.972], abs=2e-3)
 
 
-def test_patch_rule_does_not_lock():
+def test_reduced_rule_does_not_lock():
     """Thickness over radius 1e-4 on 16^2: 0.976 of the deflection where Gauss points give 0.431."""
-    exact = shell_roof.roof(16, 5, thickness=0.0025, membrane="patch")[0]
-    found = shell_roof.roof(16, 3, thickness=0.0025, membrane="patch")[0]
+    exact = shell_roof.roof(16, 5, thickness=0.0025, membrane="reduced")[0]
+    found = shell_roof.roof(16, 3, thickness=0.0025, membrane="reduced")[0]
     assert found / exact == pytest.approx(0.976, abs=5e-3)
-    lift, _ = shell_rotations.annulus(24, 3, 3, "patch")
+    lift, _ = shell_rotations.annulus(24, 3, 3, "reduced")
     assert lift[-1] == pytest.approx(shell_rotations.ANNULUS_CONVERGED, rel=8e-3)
 
 
-def test_patch_rule_on_poles_and_blocks():
+def test_reduced_rule_on_poles_and_blocks():
     """The inflated sphere with reduced membrane points, and refusals."""
     surface, c = sphere(3, 8, 12)
     basis = SurfaceBasis(surface, c)
-    shell = KirchhoffLove(basis, Material(1e-6, poisson_ratio=0.3), membrane="patch")
+    shell = KirchhoffLove(basis, Material(1e-6, poisson_ratio=0.3), membrane="reduced")
     structure = ShellStructure(shell, extraction(surface.reduction), EnclosedVolume(basis))
     end = minimise(structure, c, (1.2 - 1.0 / 1.2) * 1.3)
     assert end.ok
@@ -196,7 +198,7 @@ def test_patch_rule_on_poles_and_blocks():
     ragged = surface.restrict(np.arange(17))
     part = SurfaceBasis(ragged, c[ragged.kept])
     with pytest.raises(ValueError, match="rectangular block"):
-        KirchhoffLove(part, Material(1e-6), membrane="patch")
+        KirchhoffLove(part, Material(1e-6), membrane="reduced")
 
 
 def test_fused_kernel_is_worth_it():

@@ -110,6 +110,8 @@ def test_mechanisms_are_named_before_assembly():
     assert free.mechanism.motions.shape == (3, 6)
     ok = ShellStructure(shell, supported(surface, hinge(surface, "s", 0), hinge(surface, "s", 1)))
     assert ok.mechanism.motions.shape[0] == 0
+    with pytest.raises(ValueError, match="encloses no volume"):
+        ok.static(c, volume=1.0)
 
 
 def test_loads_on_nothing_are_named():
@@ -229,3 +231,4 @@ def test_the_package_example():
     import shells
 
     assert doctest.testmod(shells).failed == 0
+    assert shells.minimise is minimise  # what messages advise is a name of the package

@@ -14,10 +14,10 @@ import numpy as np
 from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
 from coupling.navier_stokes.flow import MixedFlow
-from coupling.navier_stokes.newton import robust
+from coupling.navier_stokes.newton import solve_robustly
 from coupling.partitions.boundary_loop import adapt_boundary
-from coupling.partitions.interface_iterations import Scheme, partitioned
-from coupling.partitions.substructure import cut, monolithic
+from coupling.partitions.interface_iterations import Transmission, solve_partitioned
+from coupling.partitions.substructure import cut, solve_monolithic
 from coupling.schemes.quasi_newton import QuasiNewton
 from coupling.schemes.relaxation import Aitken, GaussSeidel, Relaxation
 
@@ -42,15 +42,17 @@ def partitioned_rows() -> list[Row]:
     for part, flagged in (("cavity", y > 0.0), ("lower half of it", y > -0.5)):
         for stress in (True, False):
             parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET, stress=stress)
-            whole = monolithic(parts)
+            whole = solve_monolithic(parts)
             n = 2 * parts.inner.space.n_velocity
-            for scheme in Scheme:
+            for transmission in Transmission:
                 for name, relaxation in relaxations().items():
                     began = time.process_time()
-                    found = partitioned(parts, relaxation, scheme=scheme, tolerance=1e-13)
+                    found = solve_partitioned(
+                        parts, relaxation, transmission=transmission, tolerance=1e-13
+                    )
                     rows.append(
                         {
-                            "case": f"S = {part}, {scheme.name.lower()}, {name}",
+                            "case": f"S = {part}, {transmission.name.lower()}, {name}",
                             "seconds": time.process_time() - began,
                             "error": float(np.abs(found.inner - whole.inner)[:n].max()),
                             "error_kind": "largest velocity difference",
@@ -90,12 +92,12 @@ def boundary_row(name: str, cells: int) -> Row:
     seconds = time.process_time() - began
     parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET)
     began = time.process_time()
-    coarse = monolithic(parts)
+    coarse = solve_monolithic(parts)
     peer = time.process_time() - began
     finer = cut(
         fine, FIXED[name](*fine.p[:, fine.t].mean(axis=1)), DIRICHLET, reynolds=10.0, outlet=OUTLET
     )
-    better = monolithic(finer)
+    better = solve_monolithic(finer)
     at = parts.inner_trace
     size = np.linalg.norm(coarse.inner[at])
     points = parts.inner.space.points[:, at]
@@ -139,7 +141,7 @@ def boundary_loops(cells: int) -> list[Row]:
             reference=reference,
         )
         for k, step in enumerate(steps):
-            stokes = robust(whole, step.flagged)
+            stokes = solve_robustly(whole, step.flagged)
             value = vorticity(whole).value(stokes.x)
             rows.append(
                 {

@@ -17,7 +17,7 @@ import numpy as np
 
 from hbem._threads_kernels import limited
 from hbem.accuracy import budget
-from hbem.compression.choice import Compression
+from hbem.layers.choice import Compression
 from hbem.layers.compressed_layer import compressed_single_layer
 from hbem.layers.direct_layer import DirectSingleLayer
 from hbem.layers.layer import SingleLayer

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.protocols import State, Structure
+from coupling import State, Structure
 from coupling.schemes.contraction import film_symbol, worst_mode
 from shells.energy.material import Material
 from shells.equilibrium.structure import ShellStructure
@@ -27,7 +27,7 @@ def contraction_row(name: str, options: Sequence[str], state: State, m: float, d
     """rho three ways; in the plane the formula takes the film of the state itself."""
     start = time.process_time()
     options = [*options, f"time.dt={dt}", f"time.end={dt}", f"fluid.mass_ratio={m}"]
-    options.append("coupling.frozen=0")
+    options.append("coupling.reuse_tolerance=0")
     posed = pose(name, options)
     scene = posed.scene
     middle = unloaded(posed.structure, state, dt)

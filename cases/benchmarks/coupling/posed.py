@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from coupling.protocols import Fluid, State, Structure
+from coupling import Fluid, State, Structure
 from coupling.stepping.time_loop import Simulation
 
 from ... import loader

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.protocols import State, Structure
+from coupling import State, Structure
 
 from ...sections import SCHEMES
 from ..pancake.suite import FAST
@@ -41,7 +41,7 @@ def scheme_rows(
     reference: np.ndarray | None = None
     end = state.t + steps * dt
     common = [*options, f"time.dt={dt}", f"time.end={end}", f"time.dt_floor={dt / 4}"]
-    common += [f"fluid.mass_ratio={m}", "time.closing=0", "coupling.frozen=0"]
+    common += [f"fluid.mass_ratio={m}", "time.closing=0", "coupling.reuse_tolerance=0"]
     for scheme in schemes:
         posed = pose(name, [*common, *_chosen(scheme)])
         began = time.process_time()
@@ -90,7 +90,12 @@ def kept_row(dt: float, steps: int) -> Row:
     """Assemblies that a slow run saves by keeping operators, and what it costs in accuracy."""
     runs = []
     for share in (0.0, 0.3):
-        options = [*COMMON, f"time.dt={dt}", f"time.end={steps * dt}", f"coupling.frozen={share}"]
+        options = [
+            *COMMON,
+            f"time.dt={dt}",
+            f"time.end={steps * dt}",
+            f"coupling.reuse_tolerance={share}",
+        ]
         posed = pose("pancake", options)
         began = time.process_time()
         counts = posed.simulation.run().counts
@@ -105,7 +110,7 @@ def kept_row(dt: float, steps: int) -> Row:
         "error": error,
         "reference": "all assembled",
         "assemblies": saved["assemblies"],
-        "kept": saved["kept"],
+        "kept": saved["reused"],
         "of": plain["assemblies"],
         "ratio": seconds / reference,
         "peer": "all assembled",

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from coupling.protocols import Outcome, Result
+from coupling import Outcome, Result
 
 from ... import loader
 from ...output.checkpoint import load, scene_hash

@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse.linalg import aslinearoperator
 
-from hbem.compression.choice import Compression
+from hbem.layers.choice import Compression
 from hbem.layers.dense_layer import dense_matrix
 from hbem.layers.layer import SingleLayer
 from hbem.layers.single_layer import single_layer

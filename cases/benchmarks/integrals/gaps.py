@@ -171,7 +171,7 @@ def _solve(
     surface = layer.surface
     start = time.perf_counter()
     made = build(SaddleSystem(layer, surface.constraint, surface.mass))
-    parts = getattr(made, "seconds", {"patches": 0.0, "coarse": 0.0})
+    parts = getattr(made, "seconds", {"subdomains": 0.0, "coarse": 0.0})
     built = time.perf_counter()
     most = 400 if layer.shape[0] > 1200 else 100  # --quick: the mass matrix fails in thin gaps
     found = IterativeSaddle(
@@ -183,7 +183,7 @@ def _solve(
         "iterations": found.iterations,
         "residual": found.residual,
         "assembly": assembly,
-        "patches": parts["patches"],
+        "subdomains": parts["subdomains"],
         "coarse": parts["coarse"],
         "gmres": time.perf_counter() - built,
         "seconds": time.perf_counter() - start,

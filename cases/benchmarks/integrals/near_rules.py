@@ -98,7 +98,7 @@ def near_rows(quick: bool) -> list[Row]:
                 found = near_moments(surface, near, orders, layer)[at]
                 seconds = time.perf_counter() - start
                 error = max(_relative(f, e) for f, e in zip(found, exact, strict=True))
-                used = _points(near.found[at], orders, layer)
+                used = _points(near.closest.rows[at], orders, layer)
                 n = round(np.sqrt(used))
                 plain = max(
                     _relative(_plain(control, p, layer, n), e)
@@ -230,9 +230,9 @@ def speed_rows(quick: bool) -> list[Row]:
             surface = sample(body, coefficients_of(body), QuadratureOrders())
             orders = QuadratureOrders()
             near = outer_pairs(surface, orders, slice(0, surface.outer.points.shape[0]))
-            own = near.found[:, 2] < 0.0
+            own = near.closest.rows[:, 2] < 0.0
             for layer in (Layer.SINGLE, Layer.DOUBLE):
-                split = _points(near.found[~own], orders, layer)
+                split = _points(near.closest.rows[~own], orders, layer)
                 points = (~own).sum() * split + own.sum() * 4 * orders.radial * orders.angular
                 moments = best(
                     partial(near_moments, surface, near, orders, layer, minus_plain=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.protocols import Outcome, State
+from coupling import Outcome, State
 
 from ... import loader
 from ...geometry.bag import Bag

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.protocols import Outcome, State
+from coupling import Outcome, State
 from shells.equilibrium.structure import ShellStructure
 
 from ... import loader

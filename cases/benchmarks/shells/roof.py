@@ -26,10 +26,10 @@ CONVERGED = -0.300592457  # p = 4 on 32^2 and p = 5 on 48^2 agree to these digit
 REMEDIES = (
     (2, 3, "gauss"),
     (2, 2, "gauss"),
-    (2, 3, "patch"),
+    (2, 3, "reduced"),
     (3, 4, "gauss"),
     (3, 3, "gauss"),
-    (3, 4, "patch"),
+    (3, 4, "reduced"),
     (4, 5, "gauss"),
 )
 
@@ -135,7 +135,7 @@ def locking_rows(sizes: tuple[int, ...], reference: int) -> list[Row]:
                 value, seconds = roof(
                     n, degree, thickness=thickness, points=points, membrane=membrane
                 )
-                rule = "patch membrane rule" if membrane == "patch" else f"{points} points"
+                rule = "reduced membrane rule" if membrane == "reduced" else f"{points} points"
                 rows.append(
                     {
                         "case": f"roof h={thickness:g}, p={degree}, {rule}, {n}^2",

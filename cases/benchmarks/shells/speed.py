@@ -17,7 +17,8 @@ from skfem import BilinearForm, LinearForm
 from shells.conditions.rigid_motions import coefficients_of
 from shells.conditions.supports import hinge, supported
 from shells.energy import _shell_kernels as kernels
-from shells.energy.hyperelastic import PointwiseShell, StVenantKirchhoff
+from shells.energy.densities import StVenantKirchhoff
+from shells.energy.hyperelastic import HyperelasticShell
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.equilibrium.load_paths import load_path
@@ -130,9 +131,9 @@ def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
         seconds = {}
         for count in sorted({1, threads}):
             kernels.set_num_threads(count)
-            seconds[count] = best(partial(shell._elements, theta, True)) / n**2
+            seconds[count] = best(partial(shell.elements, theta, True)) / n**2
         kernels.set_num_threads(threads)
-        pointwise = PointwiseShell(shell.basis, StVenantKirchhoff(shell.material))
+        pointwise = HyperelasticShell(shell.basis, StVenantKirchhoff(shell.material))
         slow = best(partial(pointwise.gradient_and_tangent, theta), 2) / n**2
         fused_rows = [(f"fused, {count} thread(s)", seconds[count]) for count in seconds]
         for name, value in (

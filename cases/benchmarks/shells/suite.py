@@ -10,7 +10,8 @@ import time
 from collections.abc import Callable, Iterator
 
 from shells.conditions.supports import extraction
-from shells.energy.hyperelastic import NeoHookean, PointwiseShell
+from shells.energy.densities import NeoHookean
+from shells.energy.hyperelastic import HyperelasticShell
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
@@ -32,7 +33,7 @@ def sphere_rows() -> list[Row]:
         surface, c = sphere(3, count, 2 * count)
         basis = SurfaceBasis(surface, c)
         hooke = KirchhoffLove(basis, Material(1e-8, poisson_ratio=0.3))
-        rubber = PointwiseShell(basis, NeoHookean(Material(1e-8, poisson_ratio=0.5)))
+        rubber = HyperelasticShell(basis, NeoHookean(Material(1e-8, poisson_ratio=0.5)))
         for name, shell, stretch, pressure in (
             ("St. Venant-Kirchhoff", hooke, 1.2, (1.2 - 1.0 / 1.2) * 1.3),
             ("neo-Hookean", rubber, 1.15, 0.5 * (1.0 / 1.15 - 1.0 / 1.15**7)),

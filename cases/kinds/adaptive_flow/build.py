@@ -5,16 +5,19 @@ The only place where this kind of scene meets the libraries.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from skfem import Mesh
 
 from coupling.model_adaptivity import goals
-from coupling.model_adaptivity.adaptive_loop import Strategy
-from coupling.model_adaptivity.mesh_adaptivity import Level, refinements
+from coupling.model_adaptivity.adaptive_loop import Step, Strategy
+from coupling.model_adaptivity.mesh_adaptivity import MeshLevel, refinements
 from coupling.navier_stokes.flow import MixedFlow, mixed_flow
+from coupling.partitions.boundary_stokes import BoundaryFlow, boundary_flow
+from hbem.planar.polygon_stokes import PolygonStokes
 
 from .config import AdaptiveFlowScene, EnergyGoal, VelocityGoal, VorticityGoal
 from .geometry import channel_cavity, inflow, rest, with_names
@@ -65,10 +68,10 @@ def goal(scene: AdaptiveFlowScene, flow: MixedFlow) -> goals.Goal:
         return goals.kinetic_energy(flow.space)
     if isinstance(g, VelocityGoal):
         return goals.point_value(flow.space, g.point, g.radius, g.component)
-    return goals.traction(flow, "walls", g.direction)
+    return goals.boundary_force(flow, "walls", g.direction)
 
 
-def levels(scene: AdaptiveFlowScene) -> Callable[[], Level]:
+def levels(scene: AdaptiveFlowScene) -> Iterator[MeshLevel]:
     """Iterator over the meshes that are adapted to the scene's goal."""
 
     def problem(mesh: Mesh, degree: int) -> tuple[MixedFlow, goals.Goal]:
@@ -95,7 +98,7 @@ def problem(
         flow = flow_on(channel_cavity(scene.flow.cells), scene.flow.reynolds)
     if scene.flow.convection == "skew":
         flow = flow.skew()
-    a = scene.adaptivity
+    a: Any = scene.adaptivity  # its words are among the strategy's: their rules say so
     strategy = Strategy(
         indicator=a.indicator,
         adjoint=a.adjoint,
@@ -108,7 +111,7 @@ def problem(
     return AdaptiveProblem(flow, goal(scene, flow), strategy, error)
 
 
-def grid(flow: MixedFlow, step: object) -> dict[str, object]:
+def grid(flow: MixedFlow, step: Step) -> dict[str, Any]:
     """Mesh and fields of a step for files and pictures, at the vertices."""
     space = flow.space
     mesh, x = space.mesh, step.solution.x
@@ -143,17 +146,15 @@ def skipped(scene: AdaptiveFlowScene) -> list[str]:
     return skips
 
 
-def boundary_operators(polygon: np.ndarray) -> object:
+def boundary_operators(polygon: np.ndarray) -> PolygonStokes:
     """Planar Stokes operators of a polygon, for the Stokes part by boundary elements."""
-    from hbem.planar.polygon_stokes import PolygonStokes
-
     return PolygonStokes(polygon)
 
 
-def boundary_flow_on(mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2):
+def boundary_flow_on(
+    mesh: Mesh, flagged: np.ndarray, reynolds: float, segments: int = 2
+) -> BoundaryFlow:
     """Navier-Stokes finite elements coupled to Stokes boundary elements."""
-    from coupling.partitions.boundary_stokes import boundary_flow
-
     return boundary_flow(
         mesh,
         flagged,

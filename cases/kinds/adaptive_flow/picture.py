@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...output.figures import NoPicture
+from ...output.figures import NoPicture, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import CELLS, read_frames
+from ...output.vtk import CELLS
 from .config import AdaptiveFlowScene
 
 if TYPE_CHECKING:
@@ -46,12 +46,8 @@ def overview(folder: Path, scene: AdaptiveFlowScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     history = read_history(folder / "history.csv")
     solved = set(history["step"][history["converged"] > 0])
     frames = [frame for frame in frames if frame[0] in solved]
@@ -60,9 +56,8 @@ def overview(folder: Path, scene: AdaptiveFlowScene) -> Path:
     shots = [_read(folder, *frame) for frame in _chosen(frames)]
     adapted = shots[0].cells.shape[1] == 3
     rows = len(shots) + adapted
-    figure = Figure(figsize=(12, 2.9 * rows + 4.6), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[2.9 * rows, 4.6])
+    figure = new_figure(figsize=(12, 2.9 * rows + 4.6), dpi=110, layout="constrained")
+    upper, lower = figure.subfigures(2, 1, height_ratios=[2.9 * rows, 4.6], squeeze=False)[:, 0]
     axes = upper.subplots(rows, 2, squeeze=False)
     _draw_shots(upper, axes[int(adapted) :], shots, history)
     if adapted:
@@ -70,11 +65,7 @@ def overview(folder: Path, scene: AdaptiveFlowScene) -> Path:
     left, right = lower.subplots(1, 2)
     _draw_errors(left, history)
     _draw_effectivity(right, history)
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
 def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:

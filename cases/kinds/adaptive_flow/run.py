@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...output.step_records import StepOutcome, StepRecords
@@ -33,7 +34,7 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
             records.row(_row(step, problem, records.elapsed))
             if every and step.index % every == 0:
                 grid = build.grid(problem.flow, step)
-                records.frame(float(step.index), step.index, lambda p, g=grid: write_grid(p, g))
+                records.frame(float(step.index), step.index, partial(write_grid, grid=grid))
             records.news(_line(step))
             if step.result.name == "RUNNING":
                 _save(records, problem, step, reference)
@@ -69,11 +70,11 @@ def _steps(
 
 
 def _save(records: StepRecords, problem: AdaptiveProblem, step: Step, reference: float) -> None:
-    from coupling.model_adaptivity.adaptive_loop import enlarged
+    from coupling.model_adaptivity.adaptive_loop import enlarge
 
     records.checkpoint(
         first=step.index + 1,
-        flagged=enlarged(problem.flow, step, problem.strategy),
+        flagged=enlarge(problem.flow, step, problem.strategy),
         x=step.solution.x,
         reference=reference,
     )

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from coupling.protocols import State
+from coupling import State
 from hbem.accuracy import budget
 from hbem.flows.enclosed_flow import EnclosedStokes
 from shells.conditions.supports import extraction

@@ -110,13 +110,13 @@ SECTIONS: Sections = {
 
 def impossible(scene: CapsuleScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    m, t = scene.mesh, scene.time
+    m = scene.mesh
     cases = [
         (
             m.around % 4 != 0,
             f"mesh.around: {m.around} must be a multiple of 4, so that both axes of the strain are "
             "alike; use 8, 12 or 16",
         ),
-        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
+        *scene.time.impossible(),
     ]
     return [message for wrong, message in cases if wrong]

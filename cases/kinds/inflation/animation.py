@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...output.figures import NoPicture
+from ...output.figures import frames_of, new_figure
 from ...output.history import read_history
-from ...output.vtk import read_frames
-from .picture import _area_quantile, _draw_shot, _extent, _read, _title
+from .picture import area_quantile, common_box, draw_shot, read_shots, title
 
 FRAME_TIME = 0.15  # seconds a frame
 LARGEST = 120  # frames; of more every second, third ... is taken
@@ -25,30 +24,25 @@ def animation(folder: Path) -> Path:
         If fewer than two frames were written.
     """
     from matplotlib.animation import PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if len(frames) < 2:
-        raise NoPicture(f"{folder} has too few frames in fields.pvd; lower output.fields_every")
+    frames = frames_of(folder, 2)
     frames = frames[:: -(-len(frames) // LARGEST)]
     history = read_history(folder / "history.csv")
-    shots, quantity = _read(folder, frames)
-    low, high = _extent(shots)
-    colours = ScalarMappable(Normalize(0.0, _area_quantile(shots) or 1.0), "viridis")
-    figure = Figure(figsize=(7, 6), dpi=90)
-    FigureCanvasAgg(figure)
-    writer = PillowWriter(fps=1.0 / FRAME_TIME)
+    shots, quantity = read_shots(folder, frames)
+    low, high = common_box(shots)
+    colours = ScalarMappable(Normalize(0.0, area_quantile(shots) or 1.0), "viridis")
+    figure = new_figure(figsize=(7, 6), dpi=90)
+    writer = PillowWriter(fps=round(1.0 / FRAME_TIME))
     path = folder / "animation.gif"
     part = path.with_name("animation.part.gif")
     with writer.saving(figure, part, dpi=90):
         for shot in shots:
             figure.clear()
             axes = figure.add_subplot(projection="3d")
-            _draw_shot(axes, shot, colours, low, high)
-            axes.set_title(f"{_title(shot.t, history)}\ncolour: {quantity}", fontsize=10)
+            draw_shot(axes, shot, colours, low, high)
+            axes.set_title(f"{title(shot.t, history)}\ncolour: {quantity}", fontsize=10)
             writer.grab_frame()
     part.replace(path)
     return path

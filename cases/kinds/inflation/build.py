@@ -7,11 +7,12 @@ from functools import partial
 
 import numpy as np
 
-from coupling.protocols import Fluid, State
+from coupling import Fluid, State
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
-from coupling.stepping.operator_reuse import KeptOperators, reach
-from shells.energy.kirchhoff_love import KirchhoffLove, curvature_in_frame
+from coupling.stepping.operator_reuse import OperatorReuse, reach
+from shells.energy.frame import curvature_in_frame
+from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
@@ -74,6 +75,7 @@ def structure(scene: InflationScene, body: Bag) -> ShellStructure:
     # creases that have set do not
     unfolds = flat is not folded and c.reference != "creased"
     curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
+    assert body.inlet is not None  # bags of this kind have one
     lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
@@ -92,20 +94,21 @@ def relaxed(shell: ShellStructure, start: State) -> State:
     while left and dt > 1e-4 * RELAXATION_STEP:
         step = shell.step(State(0.0, state.coefficients, at_rest, state.pressure), None, dt, volume)
         if step.ok:
-            state, left = step.state, left - 1
+            s = step.state
+            state, left = State(s.t, s.coefficients, s.velocity, s.pressure), left - 1
         else:
             dt *= 0.5
     return State(0.0, state.coefficients, at_rest, state.pressure)
 
 
 def fluid(plan: InflationPlan) -> Fluid:
-    """The Stokes model on membrane and inflow patch."""
+    """The Stokes model on membrane and inlet."""
     from hbem.flows.enclosed_flow import EnclosedStokes
     from hbem.solvers.saddle import DENSE_LIMIT
     from hbem.surfaces.patches import union
 
     body, f = plan.bag, plan.scene.fluid
-    patches = union(body.membrane, body.inlet)
+    patches = union(body.membrane, plan.inlet)
     return EnclosedStokes(
         patches,
         np.arange(patches.n_elements) >= body.membrane.n_elements,
@@ -123,10 +126,10 @@ def fluid(plan: InflationPlan) -> Fluid:
 
 def reused_fluid(plan: InflationPlan) -> Fluid:
     """The fluid of a run, which keeps operators as the scene allows."""
-    model, share = fluid(plan), plan.scene.coupling.frozen
+    model, share = fluid(plan), plan.scene.coupling.reuse_tolerance
     if share == 0.0:
         return model
-    return KeptOperators(model, reach(plan.scene.fluid.tolerance, plan.bag.gap, share))
+    return OperatorReuse(model, reach(plan.scene.fluid.tolerance, plan.bag.gap, share))
 
 
 def scheme(plan: InflationPlan) -> Scheme:

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...output.clip import section
-from ...output.figures import NoPicture
+from ...output.figures import NoPicture, frames_of, new_figure, save, section
 from ...output.history import read_history
 from ...output.vtk import read_frames
 
@@ -42,11 +41,8 @@ def comparison(path: Path, pairs: Sequence[tuple[Path, Path]]) -> Path:
     NoPicture
         A run without frames, or two runs without a common volume.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(dpi=100, layout="constrained")
     grid = figure.subplots(len(pairs), COLUMNS, squeeze=False)
     heights = []
     for row, pair in zip(grid, pairs, strict=True):
@@ -68,17 +64,12 @@ def comparison(path: Path, pairs: Sequence[tuple[Path, Path]]) -> Path:
         heights.append(max(axes.dataLim.height / axes.dataLim.width for axes in row) + LEGEND)
     grid[0, 0].get_gridspec().set_height_ratios(heights)
     figure.set_size_inches(WIDTH, WIDTH / COLUMNS * sum(heights))
-    part = path.with_name(path.stem + ".part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, path)
 
 
 def _volumes(folder: Path) -> np.ndarray:
     """Volume of each frame over the first."""
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     history = read_history(folder / "history.csv")
     volume = np.interp([t for t, _ in frames], history["t"], history["volume"])
     return volume / history["volume"][0]
@@ -100,6 +91,6 @@ def _cut(axes: Axes, folder: Path, index: int, volume: float, colour: str) -> No
     t, name = read_frames(folder / "fields.pvd")[index]
     mesh = meshio.read(folder / name)
     lines = section(mesh.points, mesh.cells_dict["quad"])[:, :, [0, 2]]
-    axes.add_collection(LineCollection(lines, colors=[colour], linewidths=1.3))
+    axes.add_collection(LineCollection(list(lines), colors=[colour], linewidths=1.3))
     label = "uniform pressure" if "traction" not in mesh.point_data else "flow"
     axes.plot([], [], color=colour, label=f"{label}, V/V₀ = {volume:.2f}, t = {t:g}")

@@ -71,7 +71,7 @@ class PillowMesh:
     """``around`` elements around, ``across`` between the zipped ends (0: half as many).
 
     All of degree 2, as the corner conditions are those of biquadratic splines; ``inlet`` elements
-    along a side of the inflow patch.
+    along a side of the inlet.
     """
 
     degree: int = rule(2, choices=(2,))
@@ -85,7 +85,7 @@ class BagStructure:
     """Membrane: stiffness 1 and density 1 define the units; rigidity is (h/L)^2 / 12.
 
     ``quadrature`` counts Gauss points per direction; 0 means degree + 1. ``membrane`` chooses the
-    points of the membrane energy: ``"patch"`` is the reduced rule that does not lock.
+    points of the membrane energy: ``"reduced"`` is the rule of fewer points that does not lock.
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
     folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
     both from the folded state (only pressure opens it).
@@ -97,7 +97,7 @@ class BagStructure:
     flexural_rigidity: float = rule(1e-2, above=0.0)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
-    membrane: str = rule("gauss", choices=("gauss", "patch"))
+    membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("folded", choices=("folded", "flat", "creased"))
 
 
@@ -139,7 +139,7 @@ class ContactTest:
     """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
 
     ``test`` "auto" skips it where nothing is near: a bag that starts unfolded.
-    ``engine`` "auto" takes ipctk where it is installed, else the conservative bound.
+    ``engine``: ipctk ("auto" takes it), or the slower conservative bound of our own.
     """
 
     test: str = rule("auto", choices=("auto", "on", "off"))
@@ -193,7 +193,7 @@ SECTIONS: Sections = {
 
 def impossible(scene: InflationScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    g, m, t = scene.geometry, scene.mesh, scene.time
+    g, m = scene.geometry, scene.mesh
     cases = [
         (
             tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
@@ -214,11 +214,7 @@ def impossible(scene: InflationScene) -> list[str]:
             f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
             f"inflow.t1 = {scene.inflow.t1:g}",
         ),
-        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
-        (
-            t.dt_floor >= t.dt,
-            f"time.dt_floor: {t.dt_floor:g} must be below time.dt = {t.dt:g}",
-        ),
+        *scene.time.impossible(),
     ]
     if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
         cases = [*_impossible_pancake(g, m), *cases]

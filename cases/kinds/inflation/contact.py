@@ -56,6 +56,6 @@ def collision(body: Bag, tessellate: int = 3, engine: str = "auto") -> Collision
     elements = [part.n_elements for part in body.parts]
     sampling = block_diag([part.sample(xi, eta) for part in body.parts], format="csr")
     mesh = SampledMesh.of(sampling, grid_cells(sum(elements), n), body.coefficients)
-    on_patch = mesh.cells >= tessellate**2 * elements[0]
+    on_inlet = mesh.cells >= tessellate**2 * elements[0]
     chosen = "bound" if engine == "bound" else "ipctk"
-    return Collision(mesh.sample, mesh.triangles, on_patch, chosen)
+    return Collision(mesh.sample, mesh.triangles, on_inlet, chosen)

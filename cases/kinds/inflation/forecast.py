@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.accuracy import Budget
-from hbem.compression.choice import STORED_LIMIT, Compression
+from hbem.layers.choice import STORED_LIMIT, Compression
 from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag
@@ -48,12 +48,13 @@ def forecast(scene: InflationScene) -> Forecast:
     return Forecast(tuple(items), tuple(warnings))
 
 
-def _inlet_area(body: Bag) -> float:
+def _inlet_area(plan: InflationPlan) -> float:
     """Area of the inlet, by three points an element and direction."""
     x, w = np.polynomial.legendre.leggauss(3)
     xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
-    s, t = (body.inlet.sample(xi, eta, k) @ body.coefficients[body.n_membrane :] for k in (0, 1))
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), body.inlet.n_elements)
+    c = plan.bag.coefficients[plan.bag.n_membrane :]
+    s, t = (plan.inlet.sample(xi, eta, k) @ c for k in (0, 1))
+    weights = np.tile(0.25 * np.outer(w, w).ravel(), plan.inlet.n_elements)
     return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
 
 
@@ -82,7 +83,7 @@ def _locked(scene: InflationScene, body: Bag) -> str | None:
     pillow = isinstance(scene.geometry, PillowGeometry)
     others = [
         f"{locking.loss(x, d, m):.1%} with mesh.degree = {d}, structure.membrane = {m!r}"
-        for d, m in ((3, "gauss"), (3, "patch"))
+        for d, m in ((3, "gauss"), (3, "reduced"))
         if not pillow and (d, m) != (degree, c.membrane) and locking.loss(x, d, m) < lost
     ]
     points, values = locking.MEASURED[degree, c.membrane]
@@ -103,7 +104,7 @@ def _sizes(plan: InflationPlan) -> list[Item]:
     # a crumpled bag has no exact shape to compare with
     compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
     return [
-        Item("elements", plan.elements, "", f"{body.inlet.n_elements} of them inlet"),
+        Item("elements", plan.elements, "", f"{plan.inlet.n_elements} of them inlet"),
         Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
         Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
         Item("final volume", scene.inflow.final_volume * start),
@@ -118,11 +119,15 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
     """How a bag is folded, measured on its fit, against the rules of folding."""
     found, fold = inspect(body), body.folding
     low, p1, p99, high = found.stretches
-    crossing = {True: "YES", False: "none", None: "not checked"}[found.crosses]
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
         Item("inlet faces", faced, "", "distance outward to the nearest sheet"),
-        Item("self-intersections", crossing, "", "of the folded bag; of the sampled surface"),
+        Item(
+            "self-intersections",
+            "YES" if found.crosses else "none",
+            "",
+            "of the sampled bag",
+        ),
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()
@@ -150,7 +155,7 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
-    speed = scene.inflow.final_volume * volume(body) / (_inlet_area(body) * scene.inflow.t2)
+    speed = scene.inflow.final_volume * volume(body) / (_inlet_area(plan) * scene.inflow.t2)
     items = [
         Item("fluid unknowns", unknowns, "", "traction coefficients"),
         Item(

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.clip import clipped, section
-from ...output.figures import LIGHT, NoPicture
+from ...output.figures import LIGHT, clipped, frames_of, new_figure, save, section
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from ...sections import TimedScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 SNAPSHOTS = 6
 QUANTILE = 0.98
@@ -46,37 +47,28 @@ def overview(folder: Path, scene: TimedScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     history = read_history(folder / "history.csv")
-    shots, quantity = _read(folder, _chosen(frames, history))
-    figure = Figure(figsize=(15, 11.5), dpi=110)
-    FigureCanvasAgg(figure)
+    shots, quantity = read_shots(folder, _chosen(frames, history))
+    figure = new_figure(figsize=(15, 11.5), dpi=110)
     upper = figure.add_gridspec(2, 3, left=0.03, right=0.91, top=1.02, bottom=0.34, hspace=-0.1)
     lower = figure.add_gridspec(
         1, 2, left=0.06, right=0.93, top=0.33, bottom=0.06, width_ratios=[1.6, 1], wspace=0.32
     )
-    _draw_shots(figure, upper, shots, history, quantity)
+    draw_shots(figure, upper, shots, history, quantity)
     _draw_meridians(figure.add_subplot(lower[0]), shots)
     _draw_pressure(figure.add_subplot(lower[1]), history, shots)
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
-def _extent(shots: list[BagShot]) -> tuple[np.ndarray, np.ndarray]:
+def common_box(shots: list[BagShot]) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the box that holds all snapshots."""
     low = np.min([shot.points.min(axis=0) for shot in shots], axis=0)
     return low, np.max([shot.points.max(axis=0) for shot in shots], axis=0)
 
 
-def _area_quantile(shots: list[BagShot]) -> float:
+def area_quantile(shots: list[BagShot]) -> float:
     """Value that all but 2% of the area stays below; small elements must not set the scale."""
     values, areas = [], []
     for shot in shots:
@@ -110,7 +102,7 @@ def _chosen(
     return [frames[i] for i in sorted(index)]
 
 
-def _read(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagShot], str]:
+def read_shots(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagShot], str]:
     """Snapshots and the name of what colours them: traction, or velocity without a fluid."""
     import meshio
 
@@ -124,9 +116,9 @@ def _read(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagShot],
     return shots, quantity
 
 
-def _draw_shots(
+def draw_shots(
     figure: Figure,
-    grid: object,
+    grid: GridSpec,
     shots: list[BagShot],
     history: dict[str, np.ndarray],
     quantity: str,
@@ -134,22 +126,22 @@ def _draw_shots(
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    low, high = _extent(shots)
-    top = _area_quantile(shots)
+    low, high = common_box(shots)
+    top = area_quantile(shots)
     colours = ScalarMappable(Normalize(0.0, top or 1.0), COLOURS)
     for k, shot in enumerate(shots):
         axes = figure.add_subplot(grid[k // 3, k % 3], projection="3d")
-        _draw_shot(axes, shot, colours, low, high)
+        draw_shot(cast("Axes3D", axes), shot, colours, low, high)
         tall = high[2] - low[2] > 0.8 * (high[0] - low[0])
-        axes.set_title(_title(shot.t, history), fontsize=12, y=0.89 if tall else 0.83)
+        axes.set_title(title(shot.t, history), fontsize=12, y=0.89 if tall else 0.83)
     bar = figure.colorbar(
         colours, cax=figure.add_axes((0.925, 0.44, 0.012, 0.46)), extend="max", format="%.3g"
     )
     bar.set_label(f"magnitude of the {quantity}, scale clipped at {QUANTILE:.0%} of the area")
 
 
-def _draw_shot(
-    axes: Axes, shot: BagShot, colours: object, low: np.ndarray, high: np.ndarray
+def draw_shot(
+    axes: Axes3D, shot: BagShot, colours: ScalarMappable, low: np.ndarray, high: np.ndarray
 ) -> None:
     """The half y >= 0 of the surface, seen from slightly above, and its cut."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
@@ -172,7 +164,8 @@ def _draw_shot(
     axes.set_zlim(low[2], high[2])
     box = np.array([2 * half[0], max(high[1], 1e-12), 2 * half[2]])
     # matplotlib scales the box by its diagonal: undo that, so that width or height fills the axes
-    axes.set_box_aspect(box, zoom=0.88 * np.linalg.norm(box) / max(box[0], 1.2 * box[2]))
+    zoom = 0.88 * float(np.linalg.norm(box)) / max(box[0], 1.2 * box[2])
+    axes.set_box_aspect(tuple(box), zoom=zoom)
     axes.view_init(elev=ELEVATION, azim=-90)
     axes.set_proj_type("ortho")
     axes.set_axis_off()
@@ -185,7 +178,7 @@ def _shade(polygon: np.ndarray) -> float:
     return 0.68 + 0.32 * abs(normal @ LIGHT) / size if size > 0.0 else 1.0
 
 
-def _title(t: float, history: dict[str, np.ndarray]) -> str:
+def title(t: float, history: dict[str, np.ndarray]) -> str:
     volume = np.interp(t, history["t"], history["volume"]) / history["volume"][0]
     pressure = np.interp(t, history["t"], history["pressure"])
     return f"t = {t:g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
@@ -198,7 +191,7 @@ def _draw_meridians(axes: Axes, shots: list[BagShot]) -> None:
     for k, shot in enumerate(shots):
         colour = colormaps["plasma"](0.85 * k / max(1, len(shots) - 1))
         lines = section(shot.points, shot.quads)[:, :, [0, 2]]
-        axes.add_collection(LineCollection(lines, colors=[colour], linewidths=1.6))
+        axes.add_collection(LineCollection(list(lines), colors=[colour], linewidths=1.6))
         axes.plot([], [], color=colour, label=f"t = {shot.t:g}")
     axes.set_aspect("equal")
     axes.autoscale_view()

@@ -14,8 +14,9 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
-from hbem.compression.choice import Compression, choose
+from hbem.layers.choice import Compression, choose
 from hbem.surfaces.quadrature import QuadratureOrders
+from shells.surfaces.tensor_surface import TensorSurface
 
 from ...geometry.bag import Bag
 from ...machine import memory_bytes
@@ -36,14 +37,21 @@ class InflationPlan:
         """The fitted bag at the start."""
         return initial_bag(self.scene)
 
+    @property
+    def inlet(self) -> TensorSurface:
+        """The inlet of the bag."""
+        inlet = self.bag.inlet
+        assert inlet is not None  # only closed bodies of other kinds have none
+        return inlet
+
     @cached_property
     def unknowns(self) -> int:
-        """Traction components on membrane and inflow patch."""
+        """Traction components on membrane and inlet."""
         return 3 * sum(part.n_dofs for part in self.bag.parts)
 
     @cached_property
     def elements(self) -> int:
-        """Elements of membrane and inflow patch."""
+        """Elements of membrane and inlet."""
         return sum(part.n_elements for part in self.bag.parts)
 
     @cached_property

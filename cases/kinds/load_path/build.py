@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from shells.conditions.loads import end_moment, line_load
+from shells.conditions.loads import Follower, end_moment, line_load
 from shells.conditions.supports import clamp, supported
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.equilibrium.load_paths import Path, load_path
-from shells.equilibrium.structure import Follower, ShellStructure
+from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
@@ -27,6 +27,7 @@ class LoadPathProblem:
 
     Attributes
     ----------
+    shell : KirchhoffLove
     structure : ShellStructure
     start : (n, 3) array
         Unknowns of the unloaded shell: its configuration, or zero displacements.
@@ -36,6 +37,7 @@ class LoadPathProblem:
         Weights of the coefficients at the points that are followed, by name.
     """
 
+    shell: KirchhoffLove
     structure: ShellStructure
     start: np.ndarray
     load: Callable[[float], np.ndarray | Follower]
@@ -69,7 +71,7 @@ def problem(scene: LoadPathScene) -> LoadPathProblem:
     structure = ShellStructure(shell, E, tolerance=NEWTON)
     start = np.zeros_like(flat) if exact else flat
     return LoadPathProblem(
-        structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact)
+        shell, structure, start, _load(scene, surface, flat), _tracked(surface, flat, exact)
     )
 
 

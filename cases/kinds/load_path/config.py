@@ -63,13 +63,13 @@ class ShellMesh:
 class ShellSection:
     """Isotropic St. Venant-Kirchhoff material in plane stress.
 
-    ``membrane = "patch"`` takes the reduced points of the membrane energy that do not lock.
+    ``membrane = "reduced"`` takes the reduced points of the membrane energy that do not lock.
     """
 
     thickness: float = rule(0.1, above=0.0)
     young_modulus: float = rule(1.2e6, above=0.0)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
-    membrane: str = rule("gauss", choices=("gauss", "patch"))
+    membrane: str = rule("gauss", choices=("gauss", "reduced"))
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def _warnings(scene: LoadPathScene) -> list[str]:
         warnings.append(
             f"membrane locking: elements of {size:.2g} where size^2/(radius thickness) = {x:.2g} "
             f"may lose up to {lost:.0%} of the bending response; use mesh.degree = 3 with "
-            "structure.membrane = 'patch', or raise mesh.along"
+            "structure.membrane = 'reduced', or raise mesh.along"
         )
     known, n = reference(scene), scene.load.steps
     if known and all(known.at(k / n) is None for k in range(1, n)):

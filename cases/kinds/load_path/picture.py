@@ -6,13 +6,12 @@ Made from fields.pvd, history.csv and run.toml alone; published or exact values 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.figures import LIGHT, NoPicture
+from ...output.figures import LIGHT, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from .config import LoadPathScene
 from .published import Reference, reference
 
@@ -31,23 +30,14 @@ def overview(folder: Path, scene: LoadPathScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     known = reference(scene)
-    figure = Figure(figsize=(15, 7.2), dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(15, 7.2), dpi=110)
     _draw_shapes(figure, folder, _chosen(frames))
     axes = figure.add_axes((0.63, 0.1, 0.35, 0.82))
     _draw_curves(axes, read_history(folder / "history.csv"), known)
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
 def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:
@@ -63,8 +53,11 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     from matplotlib import colormaps
     from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-    axes = figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
+    axes = cast(
+        Axes3D, figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
+    )
     meshes = [meshio.read(folder / name) for _, name in frames]
     polygons, colours, legend = [], [], []
     for k, ((load, _), mesh) in enumerate(zip(frames, meshes, strict=True)):
@@ -76,7 +69,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
         shaded[:, :3] *= _shades(quads)[:, None]
         polygons.append(quads)
         colours.append(shaded)
-        legend.append(Patch(color=colour, label=f"load {load:.3g}"))
+        legend.append(Patch(color=tuple(colour), label=f"load {load:.3g}"))
     # one collection: matplotlib sorts polygons by depth only within one
     faces = np.concatenate(colours)
     axes.add_collection3d(
@@ -89,7 +82,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     box = np.maximum(high - low, 0.02 * (high - low).max())
     axes.set(xlim=(low[0], low[0] + box[0]), ylim=(low[1], low[1] + box[1]))
     axes.set(zlim=(low[2], low[2] + box[2]), xlabel="x", ylabel="y", zlabel="z")
-    axes.set_box_aspect(box)
+    axes.set_box_aspect(tuple(box))
     axes.view_init(elev=20.0, azim=-65)
     axes.set_proj_type("ortho")
     axes.locator_params(nbins=4)

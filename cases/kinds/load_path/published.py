@@ -11,14 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .config import (
-    AnnulusGeometry,
-    EndForce,
-    EndMoment,
-    LoadPathScene,
-    ShellSection,
-    StripGeometry,
-)
+from .config import AnnulusGeometry, EndForce, EndMoment, LoadPathScene, ShellSection, StripGeometry
 
 # load fraction, then -U and W of the tip
 SHEAR_TABLE = np.fromstring(
@@ -99,7 +92,7 @@ def reference(scene: LoadPathScene) -> Reference | None:
             "exact Kirchhoff-Love solution",
             (("tip_x", -1.0), ("tip_z", sign)),
             np.linspace(0.0, 1.0, 21),
-            lambda fraction: exact_moment(scene, fraction),
+            lambda fraction: exact_moment(g, c, load, fraction),
             g.length,
         )
     return None
@@ -114,7 +107,9 @@ def _tabulated(table: np.ndarray, columns: tuple[tuple[str, float], ...]) -> Ref
     return Reference("Sze, Liu, Lo (2004)", columns, table[:, 0], at, scale)
 
 
-def exact_moment(scene: LoadPathScene, fraction: float) -> np.ndarray | None:
+def exact_moment(
+    strip: StripGeometry, section: ShellSection, end: EndMoment, fraction: float
+) -> np.ndarray | None:
     """Tip (-U, |W|) of the Kirchhoff-Love strip under an end moment, in closed form.
 
     Stretch ``l^2 = 1 - 2 D k^2`` and ``D (1 - 2 D k^2) k = M / (E h)``, angle k times the length;
@@ -122,9 +117,8 @@ def exact_moment(scene: LoadPathScene, fraction: float) -> np.ndarray | None:
     """
     from scipy.optimize import brentq
 
-    c, length = scene.structure, scene.geometry.length
-    D = c.thickness**2 / 12.0
-    load = abs(scene.load.moment) * fraction / (c.young_modulus * c.thickness)
+    length, D = strip.length, section.thickness**2 / 12.0
+    load = abs(end.moment) * fraction / (section.young_modulus * section.thickness)
     top = 1.0 / np.sqrt(6.0 * D)
     if load == 0.0:
         return np.zeros(2)

@@ -77,7 +77,7 @@ class _Steps:
         if not fractions.size:
             return None
         return self.posed.follow(
-            fractions,
+            list(fractions),
             coefficients=c,
             start=self.first / self.scene.load.steps,
             increment=self.increment,
@@ -99,7 +99,7 @@ class _Steps:
         self.records.news(self._line())
 
     def _write(self, c: np.ndarray, fraction: float, newton: int, residual: float) -> None:
-        membrane, bending = self.posed.structure.shell.energy(c.ravel())
+        membrane, bending = self.posed.shell.energy(c.ravel())
         row = {"step": self.step, "load": fraction}
         for name, moved in self.posed.displacement(c).items():
             row |= {f"{name}_{axis}": float(x) for axis, x in zip("xyz", moved, strict=True)}
@@ -116,7 +116,7 @@ class _Steps:
     def _frame(self, c: np.ndarray, fraction: float) -> None:
         from ...output.shell_fields import write_shell
 
-        shell, cells = self.posed.structure.shell, self.scene.output.tessellate
+        shell, cells = self.posed.shell, self.scene.output.tessellate
         self.records.frame(
             fraction, self.step, lambda path: write_shell(path, shell, c, tessellate=cells)
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...output.figures import new_figure
 from ...output.history import read_history
 from .picture import common_box, draw_shot, read_shots, title
 
@@ -19,15 +20,12 @@ def animation(folder: Path) -> Path:
         If no frames were written.
     """
     from matplotlib.animation import FuncAnimation, PillowWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     shots = read_shots(folder, FRAMES)
     history = read_history(folder / "history.csv")
     low, high = common_box(shots)
     ratio = (high[1] - low[1]) / (high[0] - low[0])
-    figure = Figure(figsize=(7, min(7.0, max(2.0, 7.0 * ratio)) + 0.4), dpi=80)
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(7, min(7.0, max(2.0, 7.0 * ratio)) + 0.4), dpi=80)
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.88))
 
     def frame(k: int) -> list:

@@ -9,18 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from coupling.protocols import State
+from coupling import State
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
 from hbem.planar.contact import ContactForce
 from hbem.planar.polygon import Boundary, OuterRule, smallest_gap
 from hbem.planar.potential import PlanarPotential
 from hbem.planar.stokes import PlanarStokes
+from shells.conditions.curve_ends import end_supports
+from shells.energy.area import EnclosedArea
 from shells.energy.elastic_string import ElasticString
 from shells.energy.material import Material
 from shells.energy.planar_shell import PlanarMembrane, PlanarShell
 from shells.equilibrium.structure import ShellStructure
-from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports
+from shells.surfaces.curve import CurveBasis
 
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
@@ -40,13 +42,18 @@ def bag(scene: PlanarScene) -> PlanarBag:
     return planar_bag(scene.geometry, scene.mesh)
 
 
+def membrane(scene: PlanarScene, body: PlanarBag) -> PlanarMembrane:
+    """The energy of the scene's law."""
+    c = scene.structure
+    material = Material(c.flexural_rigidity, c.stiffness, density=c.density)
+    return LAWS[c.law](CurveBasis(body.nodes, body.coefficients), material)
+
+
 def structure(scene: PlanarScene, body: PlanarBag) -> ShellStructure:
     """The membrane with its supports and its enclosed area."""
-    c = scene.structure
-    basis = CurveBasis(body.nodes, body.coefficients)
-    membrane = LAWS[c.law](basis, Material(c.flexural_rigidity, c.stiffness, density=c.density))
-    E = end_supports(body.coefficients, c.ends)
-    return ShellStructure(membrane, E, EnclosedArea(basis))
+    energy = membrane(scene, body)
+    E = end_supports(body.coefficients, scene.structure.ends)
+    return ShellStructure(energy, E, EnclosedArea(energy.basis))
 
 
 def fluid(scene: PlanarScene, body: PlanarBag) -> PlanarStokes | PlanarPotential:
@@ -74,17 +81,17 @@ class CurveSampler:
     """Curves of configurations for checks, files and pictures."""
 
     body: PlanarBag
-    structure: ShellStructure
+    membrane: PlanarMembrane
 
     def curve(self, coefficients: np.ndarray) -> np.ndarray:
         """Membrane points ``(n, 2)``, five an element, then those of the inlet."""
-        basis = self.structure.shell.basis
+        basis = self.membrane.basis
         points = basis.sample(SAMPLES) @ coefficients
         return np.concatenate([points, coefficients[-2:-1], self.body.inlet])
 
     def diagnostics(self, state: State) -> Mapping[str, float]:
         """Columns of the history."""
-        stretch = self.structure.shell.stretch(state.coefficients)
+        stretch = self.membrane.stretch(state.coefficients)
         points = self.curve(state.coefficients)
         return {
             "min_gap": smallest_gap(points),
@@ -139,7 +146,7 @@ def simulated(scene: PlanarScene) -> Simulated:
     """Everything a run needs, from one scene."""
     body = bag(scene)
     curve = structure(scene, body)
-    sampler = CurveSampler(body, curve)
+    sampler = CurveSampler(body, membrane(scene, body))
     start, i = curve.volume(body.coefficients), scene.inflow
     final = final_volume(scene, body, start) * start
     return Simulated(

@@ -160,7 +160,7 @@ SECTIONS: Sections = {
 
 def impossible(scene: PlanarScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    g, f, t = scene.geometry, scene.fluid, scene.time
+    g, f = scene.geometry, scene.fluid
     cases: list[tuple[bool, str]] = [
         *_impossible_shape(g),
         (
@@ -181,7 +181,7 @@ def impossible(scene: PlanarScene) -> list[str]:
             f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
             f"inflow.t1 = {scene.inflow.t1:g}",
         ),
-        (t.end < t.dt, f"time.end: {t.end:g} is less than one step, time.dt = {t.dt:g}"),
+        *scene.time.impossible(),
         (
             not math.isfinite(g.asymmetry) or abs(g.asymmetry) > 0.1 * g.radius,
             f"geometry.asymmetry: {g.asymmetry:g} must stay below a tenth of the radius",

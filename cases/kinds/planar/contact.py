@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.protocols import Result
+from coupling import Result
 from hbem.planar.polygon import crossing, meeting
 
 

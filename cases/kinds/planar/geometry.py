@@ -35,10 +35,10 @@ class CurvePieces:
         corners = np.array(self.start) + np.zeros((ends.size, 2))
         for k, (length, curvature) in enumerate(zip(self.lengths, self.curvatures, strict=True)):
             corners[k + 1] = corners[k] + _arc(np.array(length), curvature, angles[k])
-        k = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, self.lengths.size - 1)
-        d = s - ends[k]
-        points = corners[k] + _arc(d, self.curvatures[k], angles[k])
-        angle = angles[k] + self.curvatures[k] * d
+        piece = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, self.lengths.size - 1)
+        d = s - ends[piece]
+        points = corners[piece] + _arc(d, self.curvatures[piece], angles[piece])
+        angle = angles[piece] + self.curvatures[piece] * d
         return points, np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     def nodes(self, mesh: PlanarMesh) -> np.ndarray:

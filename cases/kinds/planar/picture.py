@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...output.figures import NoPicture
+from ...output.figures import frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import read_frames
 from .config import PlanarScene
 
 if TYPE_CHECKING:
@@ -40,8 +39,6 @@ def overview(folder: Path, scene: PlanarScene) -> Path:
     NoPicture
         If no frames were written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     shots = read_shots(folder, SHOTS)
     history = read_history(folder / "history.csv")
@@ -50,9 +47,8 @@ def overview(folder: Path, scene: PlanarScene) -> Path:
     columns = 1 if width > 4.0 * height else 2 if width > 1.6 * height else 3
     rows = -(-len(shots) // columns)
     tall = min(14.0, rows * (11.0 / columns) * height / width + 0.35 * rows)
-    figure = Figure(figsize=(11, tall + 3.2), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[tall, 3.2])
+    figure = new_figure(figsize=(11, tall + 3.2), dpi=110, layout="constrained")
+    upper, lower = figure.subfigures(2, 1, height_ratios=[tall, 3.2], squeeze=False)[:, 0]
     grid = upper.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(shots) :]:
         axes.set_axis_off()
@@ -60,20 +56,14 @@ def overview(folder: Path, scene: PlanarScene) -> Path:
         draw_shot(axes, shot, low, high)
         axes.set_title(title(shot.t, history), fontsize=9)
     _histories(lower.subplots(1, 3), history, [shot.t for shot in shots])
-    path = folder / "overview.png"
-    part = path.with_name("overview.part.png")
-    figure.savefig(part)
-    part.replace(path)
-    return path
+    return save(figure, folder / "overview.png")
 
 
 def read_shots(folder: Path, count: int) -> list[CurveShot]:
     """At most ``count`` frames at about equal distances in time, first and last among them."""
     import meshio
 
-    frames = read_frames(folder / "fields.pvd")
-    if not frames:
-        raise NoPicture(f"{folder} has no frames in fields.pvd; set output.fields_every above 0")
+    frames = frames_of(folder)
     times = np.array([t for t, _ in frames])
     wanted = np.linspace(times[0], times[-1], min(count, len(frames)))
     chosen = sorted({int(np.argmin(np.abs(times - t))) for t in wanted})

@@ -11,10 +11,10 @@ from cases.kinds.adaptive_flow.build import flow_on
 from cases.kinds.adaptive_flow.geometry import channel_cavity, with_names
 from coupling.model_adaptivity import adaptive_loop as loop
 from coupling.model_adaptivity import goals, mesh_adaptivity
-from coupling.model_adaptivity.adaptive_loop import Result, Strategy, adapt, full_model
-from coupling.model_adaptivity.error_estimate import dual, estimate, grown, indicators
-from coupling.model_adaptivity.marking import marked
-from coupling.navier_stokes.newton import Newton, Solution, robust
+from coupling.model_adaptivity.adaptive_loop import AdaptationResult, Strategy, adapt, full_model
+from coupling.model_adaptivity.error_estimate import add_layers, dual, estimate, indicators
+from coupling.model_adaptivity.marking import mark
+from coupling.navier_stokes.newton import Newton, Solution, solve_robustly
 
 CORNER = (1.9, 2.0, -1.0, -0.9)
 
@@ -40,7 +40,7 @@ def test_goals_have_their_derivatives(flow, goal, field, kind):
         "vorticity": lambda: goal,
         "kinetic": lambda: goals.kinetic_energy(flow.space),
         "point": lambda: goals.point_value(flow.space, (1.5, -0.5), 0.2),
-        "traction": lambda: goals.traction(flow, "walls", (1.0, 0.5)),
+        "traction": lambda: goals.boundary_force(flow, "walls", (1.0, 0.5)),
     }[kind]()
     step = np.random.default_rng(1).standard_normal(field.size)
     # at most quadratic: central differences are exact
@@ -61,9 +61,9 @@ def test_goal_values_of_known_fields(flow):
 
 
 def test_force_on_the_walls_balances_the_momentum(flow):
-    x = robust(flow, flow.everywhere).x
-    walls, inlet = (goals.traction(flow, name, (1.0, 0.0)) for name in ("walls", "inlet"))
-    force = goals.Traction(flow, np.maximum(walls.lift, inlet.lift)).value(x)
+    x = solve_robustly(flow, flow.everywhere).x
+    walls, inlet = (goals.boundary_force(flow, name, (1.0, 0.0)) for name in ("walls", "inlet"))
+    force = goals.BoundaryForce(flow, np.maximum(walls.lift, inlet.lift)).value(x)
     # x-momentum: tractions on walls and inlet carry what leaves less what enters
     basis = flow.convection.outlet
     u = np.asarray(basis.interpolate(flow.space.split(x)[0]))
@@ -86,7 +86,7 @@ def test_bad_goal_regions_are_named(flow, box, word):
 
 def test_indicators_add_up_to_the_estimate(flow, goal):
     flagged = flow.space.centres[:, 1] > 0.3
-    found = robust(flow, flagged)
+    found = solve_robustly(flow, flagged)
     z = dual(flow, goal, found.x, flow.everywhere)
     wanted = float(flow.residual(found.x, flow.everywhere) @ z)
     for kind in ("integral", "counting", "volume", "exact"):
@@ -96,7 +96,7 @@ def test_indicators_add_up_to_the_estimate(flow, goal):
 
 
 def test_shares_coincide_on_uniform_meshes(flow, goal):
-    found = robust(flow, flow.nowhere)
+    found = solve_robustly(flow, flow.nowhere)
     z = dual(flow, goal, found.x, flow.everywhere)
     counting, volume, exact = (
         indicators(flow, found.x, z, flow.nowhere, kind) for kind in ("counting", "volume", "exact")
@@ -109,18 +109,18 @@ def test_shares_coincide_on_uniform_meshes(flow, goal):
 
 
 def test_effectivity_is_one_on_a_linear_problem(flow, goal):
-    wind = robust(flow, flow.everywhere).x
-    linear = flow.frozen(wind)
+    wind = solve_robustly(flow, flow.everywhere).x
+    linear = flow.with_wind(wind)
     reference, _ = full_model(linear, goal)
     steps = list(adapt(linear, goal, Strategy(tolerance=1e-4), reference=reference))
-    assert steps[-1].result is Result.COMPLETED
+    assert steps[-1].result is AdaptationResult.COMPLETED
     assert len(steps) > 3
     assert [s.effectivity for s in steps] == pytest.approx([1.0] * len(steps), abs=1e-8)
 
 
 def test_cheaper_adjoints_tend_to_the_full_one(flow, goal):
-    flagged = grown(flow.space, goals.region(flow.space, CORNER), 4)
-    x = robust(flow, flagged).x
+    flagged = add_layers(flow.space, goals.region(flow.space, CORNER), 4)
+    x = solve_robustly(flow, flagged).x
     full = estimate(flow, goal, x, flagged).error
     errors = [
         abs(estimate(flow, goal, x, flagged, adjoint="enriched", layers=k).error / full - 1.0)
@@ -135,14 +135,14 @@ def test_cheaper_adjoints_tend_to_the_full_one(flow, goal):
 def test_markings():
     eta = np.array([5.0, -4.0, 1.0, 0.3, -8.0])
     flagged = np.array([False, False, False, False, True])
-    assert np.flatnonzero(marked(eta, flagged, "greedy", 0.5)).tolist() == [0, 1]
-    assert np.flatnonzero(marked(eta, flagged, "fraction", 0.6)).tolist() == [0, 1, 2]
-    assert np.flatnonzero(marked(eta, flagged, "doerfler", 0.5)).tolist() == [0, 1]
-    assert np.flatnonzero(marked(eta, flagged, "doerfler", 0.4)).tolist() == [0]
-    assert marked(eta, flagged, "doerfler", 1.0).sum() == 4
-    assert not marked(eta, np.ones(5, dtype=bool), "doerfler", 0.5).any()
+    assert np.flatnonzero(mark(eta, flagged, "greedy", 0.5)).tolist() == [0, 1]
+    assert np.flatnonzero(mark(eta, flagged, "fraction", 0.6)).tolist() == [0, 1, 2]
+    assert np.flatnonzero(mark(eta, flagged, "doerfler", 0.5)).tolist() == [0, 1]
+    assert np.flatnonzero(mark(eta, flagged, "doerfler", 0.4)).tolist() == [0]
+    assert mark(eta, flagged, "doerfler", 1.0).sum() == 4
+    assert not mark(eta, np.ones(5, dtype=bool), "doerfler", 0.5).any()
     with pytest.raises(ValueError, match="lies in"):
-        marked(eta, flagged, "greedy", 0.0)
+        mark(eta, flagged, "greedy", 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +159,7 @@ def test_the_loop_of_the_thesis(thesis_loop):
     eps = [s.thesis_eps for s in thesis_loop]
     assert eps[0] == pytest.approx(-4.12e-2, rel=5e-3)
     assert abs(eps[-1]) < 1e-12
-    assert thesis_loop[-1].result is Result.COMPLETED
+    assert thesis_loop[-1].result is AdaptationResult.COMPLETED
     # the thesis' fractions belong to h = 1/80 (0.195, 0.392, 0.743); measured here
     fractions = [thesis_loop[i].element_fraction for i in (1, 2, 4)]
     assert fractions == pytest.approx([0.201, 0.425, 0.759], abs=2e-3)
@@ -172,7 +172,7 @@ def test_the_loop_of_the_thesis(thesis_loop):
 
 
 def test_a_step_that_does_not_converge_carries_no_figures(flow, goal, monkeypatch):
-    real, calls = loop.robust, []
+    real, calls = loop.solve_robustly, []
 
     def failing(problem, flagged, start=None):
         calls.append(flagged.mean())
@@ -180,16 +180,18 @@ def test_a_step_that_does_not_converge_carries_no_figures(flow, goal, monkeypatc
             return Solution(problem.values, Newton.STALLED, 1.0)
         return real(problem, flagged, start)
 
-    monkeypatch.setattr(loop, "robust", failing)
+    monkeypatch.setattr(loop, "solve_robustly", failing)
     steps = list(adapt(flow, goal, Strategy(tolerance=1e-3)))
     assert np.isnan(steps[1].estimate)
     assert np.isnan(steps[1].bound)
-    assert steps[1].result is Result.RUNNING
+    assert steps[1].result is AdaptationResult.RUNNING
     assert steps[2].element_fraction > steps[1].element_fraction
-    assert steps[-1].result is Result.COMPLETED
-    monkeypatch.setattr(loop, "robust", lambda p, *others: Solution(p.values, Newton.STALLED, 1.0))
+    assert steps[-1].result is AdaptationResult.COMPLETED
+    monkeypatch.setattr(
+        loop, "solve_robustly", lambda p, *others: Solution(p.values, Newton.STALLED, 1.0)
+    )
     last = list(adapt(flow, goal, Strategy(max_steps=60)))[-1]
-    assert last.result is Result.NEWTON
+    assert last.result is AdaptationResult.NEWTON
     assert not last.result.ok
 
 

@@ -11,7 +11,7 @@ from skfem import LinearForm, MeshQuad
 from coupling.navier_stokes.checked_factor import Factor, LinearSolveError
 from coupling.navier_stokes.convection import Convection
 from coupling.navier_stokes.flow import mixed_flow
-from coupling.navier_stokes.newton import Newton, continuation, robust, solve
+from coupling.navier_stokes.newton import Newton, continuation, solve, solve_robustly
 from coupling.navier_stokes.ordering import dissection
 from coupling.navier_stokes.spaces import taylor_hood
 
@@ -90,7 +90,7 @@ def test_tangent_is_the_derivative(skew, frozen):
     rng = np.random.default_rng(3)
     x, step, other = (rng.standard_normal(problem.space.n) for _ in range(3))
     problem = problem.skew() if skew else problem
-    problem = problem.frozen(other) if frozen else problem
+    problem = problem.with_wind(other) if frozen else problem
     c, rows = problem.convection, np.arange(problem.space.n_elements)
     blocks = c.matrices(x, rows)
     dofs = problem.space.element_dofs[: blocks.shape[1]].T
@@ -119,7 +119,7 @@ def test_skew_form_gives_no_energy_but_outflow():
 def test_developed_flow_is_exact(stress, triangles):
     problem = flow(mesh=channel(3, triangles), stress=stress)
     for form in (problem, problem.skew()):
-        found = robust(form, form.everywhere)
+        found = solve_robustly(form, form.everywhere)
         ux, uy, p = form.space.split(found.x)
         exact = parabola(form.space.velocity.doflocs)[0]
         assert found.ok
@@ -171,7 +171,7 @@ def test_newton_says_when_it_fails_and_continuation_helps():
 
 def test_stokes_takes_one_factorisation():
     problem = flow(reynolds=1000.0)
-    found = robust(problem, problem.nowhere)
+    found = solve_robustly(problem, problem.nowhere)
     assert (found.ok, found.factorisations) == (True, 1)
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 from cases.benchmarks.coupling import suite as bench
-from coupling.schemes.contraction import contraction_measured, film_symbol, worst_mode
+from coupling.schemes.contraction import film_symbol, measure_contraction, worst_mode
 
 
 def test_film_of_constant_thickness():
@@ -29,7 +29,7 @@ def test_worst_mode_of_a_known_operator():
     rho, mode = worst_mode(response, inverse, 0.5)
     assert rho == pytest.approx(6.0, rel=1e-6)
     assert abs(mode[1]) == pytest.approx(1.0, abs=1e-6)
-    assert contraction_measured(response, inverse, 0.5) == rho
+    assert measure_contraction(response, inverse, 0.5) == rho
 
 
 @pytest.mark.parametrize("dt", [0.06, 8.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from coupling.schemes.fixed_point import iterate
-from coupling.schemes.quasi_newton import QuasiNewton, filtered
+from coupling.schemes.quasi_newton import QuasiNewton, filter_columns
 
 
 def linear(n, rho, seed=0):
@@ -46,10 +46,10 @@ def test_reused_columns_solve_the_next_problem_at_once():
 
 def test_filter_keeps_the_newest_and_drops_the_dependent():
     a = np.array([[1.0, 0.0, 0.0], [1.0, 1e-4, 0.0], [0.0, 2.0, 0.0]]).T
-    kept, q, upper = filtered(a, 1e-2)
+    kept, q, upper = filter_columns(a, 1e-2)
     assert kept.tolist() == [0, 2]
     assert q @ upper == pytest.approx(a[:, kept], abs=1e-15)
-    assert filtered(a[:, :1] * 1e-100, 1e-2)[0].tolist() == [0]
+    assert filter_columns(a[:, :1] * 1e-100, 1e-2)[0].tolist() == [0]
 
 
 def test_columns_leave_after_the_steps_allowed():

@@ -4,18 +4,19 @@ Structure: x = b + load; fluid: load = -rho dt v with v = x / dt (added damping 
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.sparse.linalg import aslinearoperator
 
-from coupling.protocols import Result, State, Traction
+from coupling.exchange import Result, State
 from coupling.schemes.automatic import Automatic
 from coupling.schemes.fixed_point import Partitioned, iterate
 from coupling.schemes.implicit import Implicit, StructureOnly
 from coupling.schemes.quasi_newton import QuasiNewton
-from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel, Memory
-from coupling.schemes.scheme import StepProblem
+from coupling.schemes.relaxation import Aitken, Constant, GaussSeidel, RelaxationMemory
+from coupling.schemes.scheme import StepProblem, StepResult
 
 B = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
 
@@ -57,7 +58,8 @@ class LinearFluid:
         self.assemblies = 0
 
     def traction(self, velocity):
-        return Traction(self.rho * self.dt * velocity, 0.0)
+        rest = {"flux": 0.0, "velocity_max": 0.0, "iterations": 0, "residual": 0.0}
+        return SimpleNamespace(coefficients=self.rho * self.dt * velocity, zeta=0.0, **rest)
 
     def load(self, traction):
         return -traction.coefficients
@@ -93,7 +95,7 @@ def attempt(scheme, rho, iterations=40, memory=None):
 )
 def test_schemes_find_the_fixed_point(scheme, rho):
     result, fluid = attempt(scheme, rho)
-    assert result.cause is None
+    assert result.failure is None
     assert result.step.state.coefficients == pytest.approx(B / (1.0 + rho), rel=1e-9)
     assert result.assemblies == fluid.assemblies
 
@@ -101,15 +103,15 @@ def test_schemes_find_the_fixed_point(scheme, rho):
 @pytest.mark.parametrize("rho", [0.9, 1.1])
 def test_gauss_seidel_diverges_iff_rho_exceeds_one(rho):
     result, _ = attempt(Partitioned(GaussSeidel()), rho, 400)
-    assert (result.cause is None) == (rho < 1.0)
+    assert (result.failure is None) == (rho < 1.0)
     if rho > 1.0:
-        assert result.cause is Result.COUPLING
+        assert result.failure is Result.COUPLING
 
 
 def test_aitken_is_exact_on_one_mode():
     """Two residuals determine a linear scalar problem: the third evaluation confirms."""
     result, fluid = attempt(Partitioned(Aitken()), 50.0)
-    assert result.cause is None
+    assert result.failure is None
     assert fluid.assemblies == 3
 
 
@@ -127,8 +129,8 @@ def test_aitken_factor_by_hand():
     # dr = (-1.5, -2), w = -0.5 * <(1, 2), dr> / <dr, dr> = 0.5 * 5.5 / 6.25
     assert memory.factor == pytest.approx(0.44, rel=1e-14)
     assert x == pytest.approx([0.5 - 0.22, 1.0])
-    assert aitken.next_step(Memory(-0.9)).factor == -0.5
-    assert aitken.next_step(Memory(0.2)).factor == 0.2
+    assert aitken.next_step(RelaxationMemory(-0.9)).factor == -0.5
+    assert aitken.next_step(RelaxationMemory(0.2)).factor == 0.2
 
 
 def test_bare_iteration_reports_failure():
@@ -146,8 +148,19 @@ def test_bare_iteration_reports_failure():
 
 def test_structure_only_has_no_assembly():
     result, fluid = attempt(StructureOnly(), 1.0)
-    assert result.cause is None
+    assert result.failure is None
     assert fluid.assemblies == 0
+
+
+def test_what_there_is_not_is_named():
+    state = State(0.0, np.zeros_like(B), np.zeros_like(B))
+    problem = StepProblem(
+        LinearStructure(), None, state, 0.1, 1.0, 1e-10, 0.0, 5, lambda *args: None
+    )
+    with pytest.raises(ValueError, match="use StructureOnly"):
+        Implicit().attempt(problem, {})
+    with pytest.raises(ValueError, match="was not solved"):
+        _ = StepResult(Result.NEWTON).state
 
 
 def test_bad_relaxation_is_refused():
@@ -156,13 +169,15 @@ def test_bad_relaxation_is_refused():
 
 
 def automatic(rate=1.0, **options):
-    return Automatic(rate, Partitioned(GaussSeidel()), Implicit(), limit=0.3, rest=2, **options)
+    return Automatic(
+        rate, Partitioned(GaussSeidel()), Implicit(), limit=0.3, remeasure_every=2, **options
+    )
 
 
 def test_small_rho_takes_the_cheap_scheme():
     """Measured, whatever the forecast said."""
     result, fluid = attempt(automatic(rate=1e5), 0.05)
-    assert result.cause is None
+    assert result.failure is None
     assert "cheap scheme: measured rho = 0.05" in result.notes[0]
     assert result.iterations > 2  # gauss-seidel's, to 1e-10
     assert "cheap.load" in result.memory
@@ -172,7 +187,7 @@ def test_small_rho_takes_the_cheap_scheme():
 def test_large_rho_takes_the_robust_scheme():
     """The measurement costs no assembly: the robust scheme goes on with its operator."""
     result, fluid = attempt(automatic(rate=1e-5), 1e4)
-    assert result.cause is None
+    assert result.failure is None
     assert "robust scheme: measured rho = 1e+04" in result.notes[0]
     assert result.assemblies == fluid.assemblies == 2
     assert float(result.memory["rate"]) == pytest.approx(1e5, rel=0.05)
@@ -183,7 +198,7 @@ def test_change_when_the_measurement_was_wrong():
     scheme = automatic()
     memory = {**scheme.init(), "rate": np.array(1.0), "turn": np.array(1)}
     result, fluid = attempt(scheme, 50.0, memory=memory)
-    assert result.cause is None
+    assert result.failure is None
     assert result.step.state.coefficients == pytest.approx(B / 51.0, rel=1e-9)
     assert Result.COUPLING.name in result.notes[0]
     assert result.assemblies == fluid.assemblies
@@ -191,7 +206,7 @@ def test_change_when_the_measurement_was_wrong():
 
 
 def test_a_busy_step_ends_the_cheap_turn_and_the_first_may_take_longer():
-    scheme = automatic(most=8)
+    scheme = automatic(max_subiterations=8)
     first, _ = attempt(scheme, 0.2)
     assert first.iterations > 3
     assert (int(first.memory["left"]), int(first.memory["turn"])) == (0, 1)

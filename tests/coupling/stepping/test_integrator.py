@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coupling.protocols import State
+from coupling.exchange import State
 from coupling.stepping.integrator import BDF2, BackwardEuler
 
 

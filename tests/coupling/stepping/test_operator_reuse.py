@@ -1,11 +1,11 @@
-"""Operators kept while the geometry moves too little to matter."""
+"""Operators reused while the geometry moves too little to matter."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from coupling.stepping.operator_reuse import KeptOperators, reach
+from coupling.stepping.operator_reuse import OperatorReuse, reach
 
 
 @dataclass
@@ -20,27 +20,27 @@ class Fluid:
         self.assembled.append("reset")
 
 
-def test_kept_within_reach_of_where_it_was_assembled():
+def test_reused_within_reach_of_where_it_was_assembled():
     """Small moves do not add up unnoticed: they count from the assembled geometry."""
     fluid = Fluid()
-    kept = KeptOperators(fluid, 1e-3)
+    reuse = OperatorReuse(fluid, 1e-3)
     x = np.zeros((4, 3))
-    assert kept.assemble(x) == 1
-    assert kept.assemble(x + 4e-4) == 1
-    assert kept.assemble(x + 5.7e-4) == 1  # norm 9.9e-4
-    assert kept.assemble(x + 5.9e-4) == 2
-    assert kept.assemble(x + 5.7e-4) == 2
-    assert kept.saved == 3
+    assert reuse.assemble(x) == 1
+    assert reuse.assemble(x + 4e-4) == 1
+    assert reuse.assemble(x + 5.7e-4) == 1  # norm 9.9e-4
+    assert reuse.assemble(x + 5.9e-4) == 2
+    assert reuse.assemble(x + 5.7e-4) == 2
+    assert reuse.saved == 3
 
 
 def test_reset_forgets():
     fluid = Fluid()
-    kept = KeptOperators(fluid, 1.0)
-    kept.assemble(np.zeros((1, 3)))
-    kept.reset()
+    reuse = OperatorReuse(fluid, 1.0)
+    reuse.assemble(np.zeros((1, 3)))
+    reuse.reset()
     assert fluid.assembled[-1] == "reset"
-    assert kept.assemble(np.zeros((1, 3))) == 3
-    assert kept.saved == 0
+    assert reuse.assemble(np.zeros((1, 3))) == 3
+    assert reuse.saved == 0
 
 
 def test_reach_is_a_share_of_the_traction_tolerance():

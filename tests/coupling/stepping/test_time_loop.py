@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from coupling.contact.smallest_gap import minimum_gap
-from coupling.protocols import Result, State
+from coupling.exchange import Result, State
 from coupling.schemes.contraction import contraction_forecast
-from coupling.schemes.scheme import Attempt
+from coupling.schemes.scheme import StepResult
 from coupling.stepping.step_control import StepControl
 from coupling.stepping.time_loop import Simulation
 
@@ -51,10 +51,10 @@ class Fussy:
     def attempt(self, problem, memory):
         self.seen.append((problem.state.t, problem.dt))
         if problem.dt > self.largest(problem.state.t):
-            return Attempt(Result.COUPLING, iterations=3, assemblies=3)
+            return StepResult(Result.COUPLING, iterations=3, assemblies=3)
         new = problem.state.coefficients + problem.dt
         state = State(problem.state.t + problem.dt, new, np.ones_like(new))
-        return Attempt(None, Step(state), memory={"count": memory["count"] + 1}, iterations=1)
+        return StepResult(None, Step(state), memory={"count": memory["count"] + 1}, iterations=1)
 
 
 @dataclass

@@ -8,7 +8,7 @@ import pytest
 from hbem.compression import operator as compressed
 from hbem.compression.h2matrix import h2matrix
 from hbem.compression.hmatrix import hmatrix
-from hbem.compression.measured_error import test_densities as densities
+from hbem.compression.operator import probe_densities
 
 from . import clouds
 
@@ -34,7 +34,7 @@ def errors(operator, matrix, seed=5):
     The last column is a constant of random direction, which the package does not try.
     """
     n = matrix.shape[0] // 3
-    x = densities(n, seed).reshape(3 * n, -1)
+    x = probe_densities(n, seed).reshape(3 * n, -1)
     x = np.c_[x, x[:, -3:] @ np.random.default_rng(seed).standard_normal(3)]
     exact = matrix @ x
     size = np.linalg.norm(exact, axis=0)
@@ -68,7 +68,7 @@ def test_measured_error_is_the_true_one(method, monkeypatch):
     true = errors(operator, clouds.dense(points), seed=0)[:-1]
     assert operator.statistics.achieved == pytest.approx(true.max(), rel=1e-6)
     monkeypatch.setattr(compressed, "TEST_PAIRS", 0)
-    sampled = operator.relative_error(densities(points.shape[0], 0))
+    sampled = operator.relative_error(probe_densities(points.shape[0], 0))
     np.testing.assert_allclose(sampled, true, rtol=0.7)
 
 
@@ -141,7 +141,7 @@ def test_rows_of_a_fold_that_start_at_zero():
     points = clouds.fold(40)
     normals = clouds.normals("fold", points)
     operator = hmatrix(points, 1e-5, normals=normals)
-    x = densities(points.shape[0], 1)
+    x = probe_densities(points.shape[0], 1)
     assert operator.relative_error(x, seed=2).max() <= 1e-5
 
 

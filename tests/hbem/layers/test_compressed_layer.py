@@ -5,7 +5,7 @@ import pytest
 
 from cases.geometry.bodies import sphere, torus
 from cases.geometry.pillow import round_bag
-from hbem.compression.choice import Compression, choose
+from hbem.layers.choice import Compression, choose
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle
 from hbem.surfaces.quadrature import QuadratureOrders

@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
+from hbem.layers.layer import SingleLayer
 from hbem.layers.single_layer import single_layer
 from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.surface_points import sample
@@ -142,6 +143,13 @@ def test_direct_form_agrees_with_the_stored_matrix(body):
     np.testing.assert_array_equal(direct.dense(), stored.dense())
     with pytest.raises(ValueError, match="storage"):
         single_layer(body, body.coefficients, storage="sparse")
+
+
+def test_the_layer_itself_is_abstract():
+    body = sphere(4, 5)
+    layer = single_layer(body, body.coefficients)
+    with pytest.raises(TypeError, match="abstract"):
+        SingleLayer(layer.surface, layer.near)
 
 
 def test_near_field_parts():

@@ -57,7 +57,7 @@ def test_sinh_rule(surface, where, gap):
     x = (tensor_bernstein(g, s, t) @ flat)[0] + gap * np.sqrt(area) * normal / area
     pairs = near_pairs(surface, x[None], np.array([-1]), 1.0)
     at = list(pairs.elements).index(ELEMENT)
-    np.testing.assert_allclose(pairs.found[at, :2], where, atol=1e-4)
+    np.testing.assert_allclose(pairs.closest.rows[at, :2], where, atol=1e-4)
     exact = reference(control, x, 2)
     for orders, bound in ((QuadratureOrders(), 5e-6), (QuadratureOrders.fine(), 1e-8)):
         moments = near_moments(surface, pairs, orders)[at]

@@ -10,20 +10,22 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import aslinearoperator
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillow import round_bag
 from hbem.layers.direct_layer import DirectSingleLayer
 from hbem.layers.single_layer import single_layer
+from hbem.solvers.coarse_level import apply_to_coarse_space, bisect
 from hbem.solvers.gmres import KrylovResult, gmres
 from hbem.solvers.preconditioner_reuse import PreconditionerStore
-from hbem.solvers.saddle import DenseSaddle, IterativeSaddle, MassPreconditioner, SaddleSystem
+from hbem.solvers.saddle import DenseSaddle, IterativeSaddle
+from hbem.solvers.saddle_system import MassPreconditioner, SaddleSystem
 from hbem.solvers.schwarz import (
     Functions,
     SchwarzOptions,
-    bisect,
     coarse_space,
-    patches_around,
+    subdomains_around,
     two_level_schwarz,
 )
 from hbem.surfaces.patches import union
@@ -46,11 +48,11 @@ def test_clusters_cover_every_function_once(gap):
     clusters = bisect(functions.positions, 40)
     assert max(c.size for c in clusters) <= 40
     np.testing.assert_array_equal(np.sort(np.concatenate(clusters)), np.arange(392))
-    for own, patch in zip(clusters, patches_around(functions, clusters, 2.5), strict=True):
-        np.testing.assert_array_equal(patch[: own.size], own)
-        assert np.unique(patch).size == patch.size
+    for own, around in zip(clusters, subdomains_around(functions, clusters, 2.5), strict=True):
+        np.testing.assert_array_equal(around[: own.size], own)
+        assert np.unique(around).size == around.size
         # both sheets of the gap
-        assert np.ptp(np.sign(functions.positions[patch, 2])) == 2.0
+        assert np.ptp(np.sign(functions.positions[around, 2])) == 2.0
 
 
 def test_coarse_densities_hold_constants_and_the_normal(gap):
@@ -87,22 +89,30 @@ def test_few_iterations_in_a_gap(gap):
     assert "clusters" in repr(schwarz)
 
 
-def test_direct_blocks_and_image_agree_with_the_stored_matrix(gap):
-    """Near part and plain kernel together are the operator's own entries; the image is smooth."""
+def test_direct_blocks_and_coarse_products_agree_with_the_stored_matrix(gap):
+    """Near part and plain kernel are the operator's own entries; coarse products are smooth."""
     stored, _ = gap
     direct = DirectSingleLayer(stored.surface, stored.near)
     functions = Functions.of(stored.surface)
     clusters = bisect(functions.positions, 25)
-    patches = patches_around(functions, clusters, 1.0)
-    blocks = (layer.blocks(patches, lambda k, block: block) for layer in (direct, stored))
+    around = subdomains_around(functions, clusters, 1.0)
+    blocks = (layer.blocks(around, lambda k, block: block) for layer in (direct, stored))
     for found, exact in zip(*blocks, strict=True):
         np.testing.assert_allclose(found, exact, atol=1e-13 * np.abs(exact).max())
     coarse = coarse_space(functions, clusters)
-    found, exact = direct.image(coarse), stored.image(coarse)
+    found, exact = (apply_to_coarse_space(layer, coarse) for layer in (direct, stored))
     np.testing.assert_allclose(exact, stored.dense() @ coarse.densities.toarray(), atol=1e-15)
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
     assert error < 3e-3
     assert error > 1e-12  # some boxes were far
+
+
+def test_only_single_layers_have_a_surface_to_cluster(gap):
+    layer, _ = gap
+    surface = layer.surface
+    system = SaddleSystem(aslinearoperator(layer.dense()), surface.constraint, surface.mass)
+    with pytest.raises(TypeError, match="needs a SingleLayer"):
+        two_level_schwarz(system)
 
 
 def test_one_multiplier_for_each_component():

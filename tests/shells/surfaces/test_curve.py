@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from shells.conditions.curve_ends import end_supports
+from shells.energy.area import EnclosedArea
 from shells.energy.elastic_string import ElasticString
 from shells.energy.material import Material
 from shells.energy.planar_shell import PlanarShell
 from shells.equilibrium.structure import ShellStructure
-from shells.surfaces.curve import CurveBasis, EnclosedArea, end_supports, rot
+from shells.surfaces.curve import CurveBasis, rot
 
 
 def arc(n=16, angle=1.9 * np.pi, radius=2.0):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shells.surfaces.membrane_rule import patch_rule
+from shells.surfaces.membrane_rule import reduced_rule
 from shells.surfaces.spline_surface import SplineSurface, pole_rings, ring_scale
 from shells.surfaces.splines import SplineSpace
 
@@ -82,10 +82,10 @@ def test_density_tables_partition_unity_on_poles_and_cuts():
 
 @pytest.mark.parametrize("degree", [2, 3, 4])
 @pytest.mark.parametrize("periodic", [False, True])
-def test_patch_rule_is_exact_with_few_points(degree, periodic):
+def test_reduced_rule_is_exact_with_few_points(degree, periodic):
     """Products of two functions of degree (p + 1) / 2 on 1.5 points an element."""
     space = SplineSpace(np.linspace(0.0, 5.0, 13) ** 1.1, degree, periodic)
-    points, weights = patch_rule(space)
+    points, weights = reduced_rule(space)
     assert points.size <= 1.5 * space.n_elements + 2
     assert weights.min() > 0.0
     target = SplineSpace(space.breaks, degree + 1, periodic, np.full(13, 3))

@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.benchmarks.recorded import History
+from cases.benchmarks.recorded import RecordedHistory
+from cases.kinds import simulation
 from cases.kinds.capsule import build
 
 COARSE = ["mesh.rows=6", "mesh.around=8"]
 
 
 def deformed(*options):
-    history = History()
+    history = RecordedHistory()
     scene = loader.read("capsule", [*COARSE, *options])
-    outcome = build.simulation(scene, [history]).run()
+    outcome = simulation(scene, [history]).run()
     assert outcome.result.ok
     return scene, history
 

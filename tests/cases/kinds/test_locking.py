@@ -12,7 +12,7 @@ from cases.kinds.locking import locking_parameter, loss
 @pytest.mark.parametrize(("degree", "membrane", "n"), [(2, "gauss", 12), (3, "gauss", 12)])
 def test_forecast_at_a_roof_it_was_not_made_from(degree, membrane, n):
     thickness, arc, radius = 0.025, 34.9, 25.0
-    exact = roof(16, 5, thickness=thickness, membrane="patch")[0]
+    exact = roof(16, 5, thickness=thickness, membrane="reduced")[0]
     lost = 1.0 - roof(n, degree, thickness=thickness, membrane=membrane)[0] / exact
     forecast = loss((arc / n) ** 2 / (radius * thickness), degree, membrane)
     assert 0.5 < forecast / lost < 2.0
@@ -27,8 +27,8 @@ def test_check_warns_in_the_locked_regime_only():
     (quadratic,) = warnings("mesh.degree=2")
     assert "mesh.degree = 3" in quadratic
     (thin,) = warnings("structure.flexural_rigidity=1e-4")
-    assert "structure.membrane = 'patch'" in thin
-    assert warnings("structure.flexural_rigidity=1e-4", "structure.membrane=patch") == []
+    assert "structure.membrane = 'reduced'" in thin
+    assert warnings("structure.flexural_rigidity=1e-4", "structure.membrane=reduced") == []
 
 
 def test_parameter_falls_with_the_elements_around():

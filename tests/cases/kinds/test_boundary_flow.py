@@ -11,7 +11,7 @@ from coupling.model_adaptivity import goals
 from coupling.model_adaptivity.adaptive_loop import Strategy, full_model
 from coupling.partitions.boundary_loop import adapt_boundary
 from coupling.partitions.boundary_traces import boundary_loops
-from coupling.partitions.substructure import bridged, cut, monolithic
+from coupling.partitions.substructure import connect_to_outlet, cut, solve_monolithic
 
 CORNER = (1.9, 2.0, -1.0, -0.9)
 
@@ -26,7 +26,7 @@ def test_upstream_channel_by_boundary_elements():
         mesh = channel_cavity(cells)
         flagged = mesh.p[0, mesh.t].mean(axis=0) > 0.8
         parts = cut(mesh, flagged, DIRICHLET, reynolds=10.0, outlet=OUTLET)
-        reference = monolithic(parts)
+        reference = solve_monolithic(parts)
         flow = boundary_flow_on(mesh, flagged, 10.0)
         x, levels = flow.solve()
         trace = parts.inner_trace
@@ -58,7 +58,7 @@ def test_loops_run_counterclockwise_and_bridges_reach_the_outflow():
     area = 0.5 * (px * np.roll(py, -1) - np.roll(px, -1) * py).sum()
     assert area == pytest.approx(1.0)
     seed = (x > 1.8) & (x < 2.0) & (y < -0.8)
-    joined = bridged(mesh, seed, OUTLET)
+    joined = connect_to_outlet(mesh, seed, OUTLET)
     assert joined[seed].all()
     assert joined.sum() < 20
     cut(mesh, joined, DIRICHLET, reynolds=10.0, outlet=OUTLET)  # accepts it

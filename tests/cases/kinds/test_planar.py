@@ -8,12 +8,14 @@ from cases import loader
 from cases.benchmarks.planar import load as planar_load
 from cases.benchmarks.planar import models as planar_models
 from cases.benchmarks.planar import runs as bench
+from cases.kinds import simulation
 from cases.kinds.planar import build
-from cases.kinds.planar.config import Geometry, Mesh
+from cases.kinds.planar.config import ArcCurve, FlatCurve, FoldCurve, PlanarMesh
 from cases.kinds.planar.geometry import pieces, planar_bag
 from cases.output.history import read_history
-from cases.runs import start as runs
-from coupling.protocols import Result
+from cases.runs.pictures import animate, draw
+from cases.runs.start import resume, start
+from coupling import Result
 from hbem.planar.polygon import crossing
 
 SCENES = [name for name in loader.shipped() if name.startswith("planar-")]
@@ -24,32 +26,32 @@ COARSE = ("mesh.straight=1", "mesh.curved=0.4", "time.dt=8")
 def test_shipped_scenes_build(name):
     scene = loader.read(name)
     c = build.bag(scene).coefficients
-    assert build.simulation(scene).collision.inspect(c, c) is None
+    assert simulation(scene).collision.inspect(c, c) is None
 
 
 def test_pancake_area():
     """``2 w r - r^2 + pi r^2 / 2`` [T 4.3.1]."""
-    g = Geometry(width=20.0)
-    body = planar_bag(g, Mesh(straight=1.0, curved=0.1))
+    g = FlatCurve(width=20.0)
+    body = planar_bag(g, PlanarMesh(straight=1.0, curved=0.1))
     r = g.radius
     exact = 2 * g.width * r - r * r + 0.5 * np.pi * r * r
     scene = loader.read("planar-stokes-pancake")
     assert abs(build.structure(scene, body).volume(body.coefficients) / exact - 1.0) < 1e-6
 
 
-@pytest.mark.parametrize("kind", ["pancake", "arc", "fold"])
-def test_membranes_close_over_the_inlet(kind):
-    g = Geometry(kind=kind, inlet=0.3)
+@pytest.mark.parametrize("shape", [FlatCurve, ArcCurve, FoldCurve])
+def test_membranes_close_over_the_inlet(shape):
+    g = shape(inlet=0.3)
     curve = pieces(g)
     (start, end), tangents = curve.at(np.array([0.0, curve.length]))
     assert np.allclose(end, start * [-1, 1], atol=1e-12)
     assert np.allclose(tangents[0], tangents[1] * [1, -1], atol=1e-12)
-    body = planar_bag(g, Mesh(straight=0.5, curved=0.2))
+    body = planar_bag(g, PlanarMesh(straight=0.5, curved=0.2))
     assert crossing(np.concatenate([body.coefficients[::2], body.inlet])) is None
 
 
 def test_fold_is_as_flat_as_asked():
-    x = pieces(Geometry(kind="fold"))
+    x = pieces(FoldCurve())
     points, _ = x.at(np.linspace(0.0, x.length, 4000))
     width, depth = np.ptp(points, axis=0)
     assert abs(width / depth - 9.5) < 0.1
@@ -131,11 +133,11 @@ def test_resume_repeats_the_arithmetic(tmp_path):
     console = Console(quiet=True)
     long = [*COARSE, "time.end=64", "output.checkpoint_every=3", "output.picture=false"]
     short = [x if "end" not in x else "time.end=40" for x in long]
-    runs.start(loader.read("planar-stokes-pancake", long), tmp_path / "a", console)
-    runs.start(loader.read("planar-stokes-pancake", short), tmp_path / "b", console)
+    start(loader.read("planar-stokes-pancake", long), tmp_path / "a", console)
+    start(loader.read("planar-stokes-pancake", short), tmp_path / "b", console)
     text = (tmp_path / "b" / "run.toml").read_text().replace("end = 40.0", "end = 64.0")
     (tmp_path / "b" / "run.toml").write_text(text)
-    runs.resume(tmp_path / "b", console)
+    resume(tmp_path / "b", console)
     a, b = (read_history(tmp_path / k / "history.csv") for k in "ab")
     for name in ("t", "volume", "pressure", "top", "min_gap", "zeta"):
         assert np.array_equal(a[name], b[name]), name
@@ -143,7 +145,8 @@ def test_resume_repeats_the_arithmetic(tmp_path):
 
 def test_report_draws_and_animates(tmp_path):
     scene = loader.read("planar-stokes-pancake", [*COARSE, "time.end=48"])
-    finished = runs.start(scene, tmp_path / "a", Console(quiet=True))
+    finished = start(scene, tmp_path / "a", Console(quiet=True))
     assert finished.picture.stat().st_size > 10_000
-    runs.draw(tmp_path / "a")
+    draw(tmp_path / "a")
+    animate(tmp_path / "a")
     assert (tmp_path / "a" / "animation.gif").stat().st_size > 10_000

@@ -1,7 +1,7 @@
-"""Which compression a single layer takes, in numbers; needs no compiled code.
+"""Which form a single layer takes, dense, direct or compressed, in numbers.
 
 ``auto`` minimises build time plus products from measured costs: direct sums need no build, H2
-builds fastest, ACA applies fastest.
+builds fastest, ACA applies fastest. Needs no compiled code.
 """
 
 from __future__ import annotations
@@ -73,12 +73,27 @@ def choose(
         Density functions, outer and source points.
     products : int
         Applications on one geometry, preconditioner included.
+    memory : float, optional
+        Bytes that the operator may take.
+    seed : int
+        Of random rows and densities.
+
+    Returns
+    -------
+    Compression or None
+
+    Raises
+    ------
+    ValueError
+        An unknown method.
     """
+    if method not in ("auto", "dense", "direct", *METHODS):
+        raise ValueError(f"compression must be 'auto', 'dense', 'aca' or 'h2', got {method!r}")
     if method == "auto" and 3 * n_dofs <= STORED_LIMIT:
         return None
     if method == "auto":
         costs = costs_of(tolerances, n_dofs, n_outer, n_source, products)
-        method = min(costs, key=costs.get)
+        method = min(costs, key=lambda name: costs[name])
     if method in ("dense", "direct"):
         return None
     tolerance = tolerances[method]

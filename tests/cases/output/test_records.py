@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
 
 from cases import loader
-from cases.output import checkpoint, clip, history, iterations, vtk
+from cases.output import checkpoint, figures, history, iterations, vtk
 from cases.output.atomic import SUFFIX, replacing
 from cases.output.run_record import RunRecord
-from coupling.protocols import (
-    AcceptedStep,
-    Iteration,
-    Outcome,
-    Rejection,
-    Result,
-    Snapshot,
-    State,
-    Traction,
-)
+from coupling import AcceptedStep, Iteration, Outcome, Rejection, Result, Snapshot, State
 
 
 def _step(n, **row):
     x = np.full((32, 3), float(n))
     row = {"step": n, "t": 0.1 * n, "volume": 1.0 / 3.0, "wall_time": 1.0, **row}
-    return AcceptedStep(n, State(0.1 * n, x, x, 0.0), row, Traction(x, 0.0))
+    traction = SimpleNamespace(coefficients=x, zeta=0.0)
+    return AcceptedStep(n, State(0.1 * n, x, x, 0.0), row, traction)
 
 
 def _snapshot():
@@ -198,10 +191,10 @@ def test_cutting_a_tube_open(toy):
     for turn in (0.0, 0.3):  # vertices on the plane, and quadrilaterals across it
         c, s = np.cos(turn), np.sin(turn)
         points = grid["points"] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        polygons, values = clip.clipped(points, grid["quads"], np.ones(32))
+        polygons, values = figures.clipped(points, grid["quads"], np.ones(32))
         assert min(polygon[:, 1].min() for polygon in polygons) >= 0.0
         assert np.allclose(values, 1.0)
-        cut = clip.section(points, grid["quads"])
+        cut = figures.section(points, grid["quads"])
         assert np.all(cut[:, :, 1] == 0.0)
         length = np.linalg.norm(cut[:, 1] - cut[:, 0], axis=1).sum()
         assert length == pytest.approx(2 * (toy.ROWS - 1), rel=1e-12)

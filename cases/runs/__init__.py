@@ -1,0 +1,5 @@
+"""Runs and their folders.
+
+Read `start.py` (start a run, resume it), `time_run.py` and `step_run.py` (the two runners, for
+kinds with and without time), `folder.py`, `pictures.py` (draw a folder again).
+"""

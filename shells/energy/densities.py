@@ -1,0 +1,93 @@
+"""Energy densities of `HyperelasticShell`: functions of both fundamental forms of the surface.
+
+``y = (a_00, a_11, a_01, b_00, b_11, b_01)`` in an orthonormal frame of the reference. A new
+material is one class here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from .material import Material
+
+
+class Density(Protocol):
+    """Energy per reference area as a function of both fundamental forms."""
+
+    @property
+    def material(self) -> Material: ...
+
+    def __call__(
+        self, y: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """psi (...), psi_y (..., 6), psi_yy (..., 6, 6) at ``y`` and the reference's forms."""
+
+
+def _quadratic(C: np.ndarray, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    stress = strain @ C
+    return 0.5 * np.einsum("...i,...i->...", stress, strain), stress
+
+
+@dataclass(frozen=True)
+class StVenantKirchhoff:
+    """[T 2.17] as a density: the energy of `KirchhoffLove`, evaluated another way."""
+
+    material: Material
+
+    def __call__(
+        self, y: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        C = self.material.elasticity()
+        voigt_e, voigt_k = np.array([0.5, 0.5, 1.0]), np.array([1.0, 1.0, 2.0])
+        D = self.material.flexural_rigidity * C
+        membrane, n = _quadratic(C, (y - reference)[..., :3] * voigt_e)
+        bending, m = _quadratic(D, (y - reference)[..., 3:] * voigt_k)
+        hessian = np.zeros((*y.shape, 6))
+        hessian[..., :3, :3] = C * np.outer(voigt_e, voigt_e)
+        hessian[..., 3:, 3:] = D * np.outer(voigt_k, voigt_k)
+        return membrane + bending, np.concatenate([n * voigt_e, m * voigt_k], axis=-1), hessian
+
+
+@dataclass(frozen=True)
+class NeoHookean:
+    """Incompressible neo-Hookean membrane with the quadratic bending of [T 2.17].
+
+    ``psi = mu h / 2 (tr a + 1 / det a - 3)``; small strains agree with Poisson ratio 1/2, so that
+    ``mu h`` is a quarter of the membrane stiffness.
+
+    Parameters
+    ----------
+    material : Material
+        With Poisson ratio 1/2.
+
+    Raises
+    ------
+    ValueError
+        If the material's Poisson ratio is not 1/2.
+    """
+
+    material: Material
+
+    def __post_init__(self) -> None:
+        if self.material.poisson_ratio != 0.5:
+            raise ValueError("an incompressible material has poisson_ratio = 0.5")
+
+    def __call__(
+        self, y: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        psi, gradient, hessian = StVenantKirchhoff(self.material)(y, reference)
+        strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
+        psi = psi - _quadratic(self.material.elasticity(), strain)[0]
+        half = self.material.stiffness / 8.0
+        det = y[..., 0] * y[..., 1] - y[..., 2] ** 2
+        slope = np.stack([y[..., 1], y[..., 0], -2.0 * y[..., 2]], axis=-1)
+        bend = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -2.0]])
+        psi = psi + half * (y[..., 0] + y[..., 1] + 1.0 / det - 3.0)
+        gradient[..., :3] = half * (np.array([1.0, 1.0, 0.0]) - slope / det[..., None] ** 2)
+        product = slope[..., :, None] * slope[..., None, :]
+        d = det[..., None, None]
+        hessian[..., :3, :3] = half * (2.0 * product / d**3 - bend / d**2)
+        return psi, gradient, hessian

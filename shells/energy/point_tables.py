@@ -1,0 +1,117 @@
+"""What an energy needs at its quadrature points: functions, reference and stiffness, ready to use.
+
+A shell computes these once; afterwards every evaluation of the energy is one pass over them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..surfaces.jets import Jets
+from ..surfaces.membrane_rule import membrane_points
+from ..surfaces.surface_basis import SurfaceBasis
+from .frame import frame_transform, fundamental_forms, jets_in_frame
+from .material import Material
+
+
+@dataclass(frozen=True)
+class PointTables:
+    """Quadrature points of all elements, as the kernels take them.
+
+    Attributes
+    ----------
+    jets : (n_elements, n_points, n_functions, 5) array
+        Derivatives 0, 1, 00, 11, 01 of the basis functions in the frame.
+    base : (n_elements, n_points, 5, 3) array
+        Those of the exact reference where unknowns are displacements, else zero.
+    weights : (2, n_elements, n_points) array
+        Reference areas for membrane and for bending energy.
+    metric, curvature : (n_elements, n_points, 3) array
+        First and second form (00, 11, 01) of the stress-free shell.
+    elasticity : (n_elements, n_points, 3, 3) array
+        In Voigt order.
+    """
+
+    jets: np.ndarray
+    base: np.ndarray
+    weights: np.ndarray
+    metric: np.ndarray
+    curvature: np.ndarray
+    elasticity: np.ndarray
+
+
+def point_tables(
+    basis: SurfaceBasis,
+    material: Material,
+    *,
+    exact_reference: bool = False,
+    curvature: np.ndarray | None = None,
+    formulation: str = "parametrization-free",
+    chart: Callable | None = None,
+) -> PointTables:
+    """Tables at the points of a basis; the parameters are those of `KirchhoffLove`."""
+    reference = basis.reference
+    G, bend = frame_transform(reference), None
+    if formulation == "classical":
+        G = np.broadcast_to(np.eye(2), G.shape)
+        if chart is not None:
+            slope, bend = chart(*np.asarray(basis.global_coordinates()))
+            G = slope[..., None] * np.eye(2)
+    functions = jets_in_frame(G, basis.grads[..., None], basis.hess[..., None], bend)[..., 0]
+    shape = jets_in_frame(G, reference.grad, reference.hess, bend)
+    first, second = fundamental_forms(shape)
+    metric = np.empty((*first.shape[:2], 2, 2))
+    metric[..., 0, 0], metric[..., 1, 1] = first[..., 0], first[..., 1]
+    metric[..., 0, 1] = metric[..., 1, 0] = first[..., 2]
+    base = np.moveaxis(shape, 0, 2) if exact_reference else np.zeros((*G.shape[:2], 5, 3))
+    return PointTables(
+        np.ascontiguousarray(np.moveaxis(functions, (0, 1), (3, 2))),
+        np.ascontiguousarray(base),
+        np.stack([basis.dx, basis.dx]),
+        first,
+        second if curvature is None else np.ascontiguousarray(curvature),
+        np.ascontiguousarray(material.elasticity(np.linalg.inv(metric))),
+    )
+
+
+def with_reduced_membrane(
+    tables: PointTables, basis: SurfaceBasis, material: Material, exact_reference: bool
+) -> PointTables:
+    """Reduced membrane points appended; the points of the basis keep the bending energy.
+
+    Raises
+    ------
+    ValueError
+        A surface that does not allow the rule (see `membrane_points`), or a reference given by
+        its jets alone, which are not known at other points.
+    """
+    if isinstance(basis.source, Jets):
+        raise ValueError("membrane='reduced' needs a reference given by coefficients or a callable")
+    points = membrane_points(basis.surface, basis.source)
+    shape, tangents = points.dx.shape, points.reference
+    G = frame_transform(Jets(tangents[0], tangents, tangents))
+    jets = np.zeros((*shape, tables.jets.shape[2], 5))
+    jets[..., :2] = np.einsum("eqax,xneq->eqna", G, points.grads, optimize=True)
+    base = np.zeros((*shape, 5, 3))
+    if exact_reference:
+        base[..., :2, :] = np.einsum("eqax,xeqc->eqac", G, tangents, optimize=True)
+    none = np.zeros_like(basis.dx)
+    own = PointTables(
+        jets,
+        base,
+        np.stack([points.dx, np.zeros(shape)]),
+        np.broadcast_to([1.0, 1.0, 0.0], (*shape, 3)),
+        np.zeros((*shape, 3)),
+        np.broadcast_to(material.elasticity(), (*shape, 3, 3)),
+    )
+    return PointTables(
+        np.concatenate([tables.jets, own.jets], axis=1),
+        np.concatenate([tables.base, own.base], axis=1),
+        np.concatenate([np.stack([none, basis.dx]), own.weights], axis=2),
+        np.concatenate([tables.metric, own.metric], axis=1),
+        np.concatenate([tables.curvature, own.curvature], axis=1),
+        np.concatenate([tables.elasticity, own.elasticity], axis=1),
+    )

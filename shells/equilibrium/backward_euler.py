@@ -1,0 +1,73 @@
+"""Backward-Euler steps [T 6.11] of a shell with an enclosed volume, and their inverse tangent.
+
+``M ((theta - theta_n)/dt^2 - v_n/dt) + W'(theta) - p Q'(theta) + C v = load, Q(theta) = V`` with
+``v = (theta - theta_n)/dt``, solved by Newton on free coordinates ``theta = theta_n + E q``.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator
+
+from . import newton
+from .balance import Balance
+from .state import MotionState, ShellState, ShellStep
+from .supported_shell import SupportedShell
+
+Damping: TypeAlias = np.ndarray | LinearOperator
+
+
+def step(
+    structure: SupportedShell,
+    state: MotionState,
+    load: np.ndarray | None,
+    dt: float,
+    volume: float | None,
+    damping: Damping | None = None,
+    guess: np.ndarray | None = None,
+) -> ShellStep:
+    """One step; the parameters are those of `ShellStructure.step`."""
+    s = structure
+    linear = -(s.M_free @ s.reduce(state.velocity)) / dt
+    if load is not None:
+        linear -= s.E.T @ load.ravel()
+    operator, action = s.M_free / dt**2, None
+    if isinstance(damping, LinearOperator) and not hasattr(damping, "dense"):
+
+        def action(q: np.ndarray) -> np.ndarray:
+            return s.E.T @ (damping @ (s.E @ q)) / dt
+
+    elif damping is not None:
+        C = damping.dense() if hasattr(damping, "dense") else damping
+        operator = operator.toarray() + (s.E.T @ (s.E.T @ C.T).T) / dt
+    start = guess - state.coefficients if guess is not None else dt * state.velocity
+    balance = Balance(s, state.coefficients, volume, linear, operator, damping=action)
+    result = balance.solve(s.reduce(start), state.pressure)
+    increment = s.expand(result.x)
+    new = ShellState(
+        state.t + dt, state.coefficients + increment, increment / dt, -result.multiplier
+    )
+    return ShellStep.of(new, result)
+
+
+def inverse_tangent(structure: SupportedShell, state: MotionState, dt: float) -> LinearOperator:
+    """Inverse of ``M/dt^2 + W'' - p Q''`` under ``Q'(x) = 0``, ``3 n_full`` square."""
+    s, c = structure, structure.own(state.coefficients)
+    _, tangent = s.shell.gradient_and_tangent(c)
+    row = None
+    if s.enclosed is not None:
+        _, gradient, hessian = s.enclosed.derivatives(c)
+        tangent, row = tangent - state.pressure * hessian, s.E_shell.T @ gradient
+    solve = newton.factorize(s.M_free / dt**2 + s.E_shell.T @ tangent @ s.E_shell)
+    along = None if row is None else solve(row)
+
+    def apply(b: np.ndarray) -> np.ndarray:
+        x = solve(s.E.T @ b.ravel())
+        if row is not None:
+            x = x - along * (row @ x) / (row @ along)
+        return s.E @ x
+
+    n = s.E.shape[0]
+    return LinearOperator((n, n), matvec=apply, dtype=float)
