@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from .view import filled, markdown, results, rows_of
 
@@ -16,6 +18,7 @@ class Headline:
     what: str
     value: str
     error: str
+    only: Mapping[str, Any] = field(default_factory=dict)
 
 
 HEADLINE = (
@@ -39,6 +42,7 @@ HEADLINE = (
         "single layer at a ten thousandth of an element from it, {points} points",
         "Gauss of equal cost: {peer_error:.0e}",
         "{error:.0e}",
+        {"orders": "default"},
     ),
     Headline(
         "compression",
@@ -82,7 +86,7 @@ def headline() -> str:
     """Markdown of the figures, with the machine they were measured on."""
     body = []
     for line in HEADLINE:
-        row = rows_of(line.benchmark, line.case)[-1]
+        row = rows_of(line.benchmark, line.case, line.only)[-1]
         cells = [filled(text, row) for text in (line.what, line.value, line.error)]
         body.append([*cells, f"`{line.benchmark}`"])
     reports = {line.benchmark: results(line.benchmark) for line in HEADLINE}
@@ -93,9 +97,10 @@ def headline() -> str:
     dates = sorted({r["date"] for r in reports.values()})
     quick = [name for name, r in reports.items() if r["quick"]]
     span = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
-    small = f", small sizes of {', '.join(quick)}" if quick else ""
+    which = "" if len(quick) == len(reports) else f" of {', '.join(quick)}"
+    small = f", small sizes{which}" if quick else ""
     table = markdown(["what", "measured", "error", "`airfold bench`"], body)
     return (
-        f"{table}\nMeasured on {' and '.join(machines)}, {span}{small}; load of the machine "
-        f"{min(loads):g} to {max(loads):g}.\n"
+        f"{table}\nMeasured on {' and '.join(machines)} (load {min(loads):g} to {max(loads):g}), "
+        f"{span}{small}.\n"
     )

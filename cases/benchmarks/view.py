@@ -75,7 +75,10 @@ def _shown(value: Any, form: str) -> str:
         return NONE
     if isinstance(value, str):
         return value or NONE
-    text = format(value, form or ("d" if isinstance(value, int) else ".3g"))
+    form = form or ("d" if isinstance(value, int) else ".3g")
+    text = format(value, form)
+    if form.endswith("g") and "e" in text and 1.0 <= abs(value) < 1e6:
+        return f"{value:.0f}"
     # 1.4e-04 reads 1.4e-4, 1.4e+00 reads 1.4
     return re.sub(r"e([+-])0*(\d*)", lambda m: f"e{m[1].strip('+')}{m[2]}" if m[2] else "", text)
 

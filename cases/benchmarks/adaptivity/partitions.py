@@ -60,6 +60,7 @@ def partitioned_rows() -> list[Row]:
                             "stress": "full" if stress else "laplacian",
                             "passes": found.iterations,
                             "converged": found.converged,
+                            **({} if found.converged else {"expected": "fail"}),
                         }
                     )
     return rows

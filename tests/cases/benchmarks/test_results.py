@@ -34,7 +34,7 @@ def test_views_have_rows_in_full_results():
 def test_each_benchmark_has_one_headline():
     assert sorted(line.benchmark for line in HEADLINE) == sorted(BENCHMARKS)
     for line in HEADLINE:
-        assert rows_of(line.benchmark, line.case)[-1]["error"] is not None
+        assert rows_of(line.benchmark, line.case, line.only)[-1]["error"] is not None
 
 
 def test_results_say_where_they_come_from():

@@ -24,6 +24,7 @@ def test_templates():
     assert filled("{rate, t <= 0.75:.2f}", row) == "2.00"
     assert filled("{none:.1e} {absent}", row) == "- -"
     assert filled("{large:.0e}", {"large": 3e12}) == "3e12"
+    assert filled("{seconds:.2g} s", {"seconds": 123.4}) == "123 s"
 
 
 def test_rows_that_agree_share_a_line(monkeypatch):
