@@ -140,4 +140,4 @@ def test_a_slow_run_keeps_operators():
     assert row["kept"] > 0
     assert row["assemblies"] + row["kept"] <= row["of"] + 2
     assert row["assemblies"] < row["of"]
-    assert row["error"] < row["tolerance"]
+    assert row["error"] < 1e-3  # the scene's tolerance of tractions; measured 3.7e-6
