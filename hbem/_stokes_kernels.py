@@ -1,4 +1,4 @@
-"""The two kernels of Stokes flow: every other compiled file calls the formulas from here.
+"""The two kernels of Stokes flow: written here once (`near/_vector_kernels` excepted, for speed).
 
     Stokeslet  G_ik = (delta_ik / |r| + r_i r_k / |r|^3) / 8 pi    [T 3.10a]
     stresslet  T_ik = 6 r_i r_k (r . n) / |r|^5 / 8 pi             [T 3.10b]

@@ -12,7 +12,12 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 # files whose kernels take longest to compile: in one process, so that none is compiled twice
-COMPRESSION = ("test_compression.py", "test_compressed_layer.py", "test_schwarz.py")
+COMPRESSION = (
+    "test_compression.py",
+    "test_compressed_layer.py",
+    "test_schwarz.py",
+    "test_stokes_flow.py",
+)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -148,7 +148,7 @@ def _second_variations(jet, nu, J, n, m, H, dnu, K):
 def force_and_tangent(
     jets, base, weights, metric, curvature, stiffness, flexural, dofs, coefficients, tangent, R, K
 ):
-    """First variation into R (n_elements, 3 nb), second into K (n_elements, 3 nb, 3 nb).
+    """Variations [T 2.18a, b]: first into R (n_elements, 3 nb), second into K (.., 3 nb, 3 nb).
 
     weights (2, n_elements, n_points) are those of membrane and bending energy.
     """
@@ -209,7 +209,7 @@ def force_and_tangent(
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def volume_terms(values, dw, dofs, coefficients, order, Q, R, K):
-    """Enclosed volume [T 2.27] of each element with its exact variations.
+    """Enclosed volume [T 2.27] of each element with its exact variations [T 2.30].
 
     values (n_elements, n_points, nb, 3) holds N, N_s, N_t; dw the parametric weights; order 0
     fills Q, 1 also R, 2 also K.

@@ -166,7 +166,7 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
         *_accuracy(asked, plan.orders, f.krylov_tolerance),
-        Item("double layer", "skipped", "", "equal viscosities need the single layer only"),
+        _double_layer(f.viscosity_ratio),
     ]
     warnings = list(asked.warnings)
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
@@ -190,6 +190,12 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
             "moves; lower inflow.final_volume or raise inflow.t2"
         )
     return items, warnings
+
+
+def _double_layer(ratio: float) -> Item:
+    if ratio == 1.0:
+        return Item("double layer", "skipped", "", "equal viscosities need the single layer only")
+    return Item("double layer", "assembled", "", f"viscosity ratio {ratio:g}; never compressed")
 
 
 def _operator(how: Compression | None, solver: str, unknowns: int) -> Item:

@@ -1,7 +1,7 @@
 """What an inflation comes to, worked out once: `check`, `run`, records and pictures read it.
 
 The bag, the budget of the boundary integrals in its narrowest gap, their orders and compression,
-and the contraction of subiterations, which chooses the scheme. Needs the geometry only: neither
+and the contraction of subiterations that schemes are judged by. Needs the geometry only: neither
 scikit-fem nor numba is loaded.
 """
 

@@ -85,7 +85,7 @@ def test_iterative_agrees_with_direct(flow):
     assert np.abs(iterative.coefficients - direct.coefficients).max() < 1e-5 * size
 
 
-def test_union_of_membrane_and_patch():
+def test_union_of_membrane_and_inlet():
     """Two separate spheres: blocks of the union are the single matrices."""
     from hbem.layers.single_layer import single_layer
 

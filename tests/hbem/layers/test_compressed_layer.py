@@ -22,7 +22,7 @@ def layers(body, method, tolerance, orders=None):
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 @pytest.mark.parametrize(
     "body",
-    [pytest.param(torus(16, 16), marks=pytest.mark.slow), round_bag(20, gap=0.05)],
+    [pytest.param(torus(16, 16), marks=pytest.mark.slow), round_bag(14, gap=0.05)],
     ids=["torus", "bag"],
 )
 def test_against_dense(body, method, tolerance):

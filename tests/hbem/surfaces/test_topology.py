@@ -50,12 +50,12 @@ def test_closed_bodies_are_one_component(body):
     assert np.all(closed_components(body, body.coefficients) == 0)
 
 
-def test_bag_of_membrane_and_patch_is_one_component():
+def test_bag_of_membrane_and_inlet_is_one_component():
     from cases import loader
     from cases.kinds.inflation.initial_bag import initial_bag
 
     bag = initial_bag(loader.read("pancake"))
-    both = union(bag.membrane, bag.patch)
+    both = union(bag.membrane, bag.inlet)
     assert np.all(closed_components(both, bag.coefficients) == 0)
 
 
