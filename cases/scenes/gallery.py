@@ -118,7 +118,8 @@ def scene_list() -> str:
     """All shipped scenes, one line a kind, with links into the gallery."""
     link = "[`{0}`](cases/scenes/README.md#{0})"
     return "\n".join(
-        f"- {', '.join(link.format(name) for name in names)}: {title}" for title, names in by_kind()
+        f"- **{title}**: {', '.join(link.format(name) for name in names)}"
+        for title, names in by_kind()
     )
 
 
@@ -162,13 +163,14 @@ def pages() -> Iterator[tuple[Path, str]]:
 
 def _shown(entry: Entry) -> Iterable[str]:
     name, machine = entry["scene"], entry["machine"]
+    about = loader.shipped()[name]
     threads = f", {machine['OMP_NUM_THREADS']} thread" if "OMP_NUM_THREADS" in machine else ""
     beside = " beside other jobs" if entry["load"] > BUSY else ""
     load = f"load {entry['load']:.1f} on {machine['cores']} cores"
     return [
         f"### {name}",
         "",
-        f"{loader.shipped()[name]}: [`{name}.toml`]({name}.toml)",
+        f"{about[0].upper()}{about[1:]} ([`{name}.toml`]({name}.toml)).",
         "",
         f"![{name}](../pictures/{name}.png)",
         "",
