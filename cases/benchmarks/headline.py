@@ -39,8 +39,9 @@ HEADLINE = (
     Headline(
         "integrals",
         r"near single",
-        "single layer at a ten thousandth of an element from it, {points} points",
-        "Gauss of equal cost: {peer_error:.0e}",
+        "single layer at 1e-4 of an element's size from it (plain Gauss of as many points errs by "
+        "{peer_error:.0e})",
+        "{points} points",
         "{error:.0e}",
         {"orders": "default"},
     ),
@@ -77,7 +78,7 @@ HEADLINE = (
         r"Re = 10, h = 1/\d+, counting, step 0",
         "modelling error of Stokes flow in a cavity, printed as {printed:.3g} [T fig. 7.3]",
         "{thesis_eps:.4g} in {seconds:.2g} s",
-        "{to printed:.0e} to the print",
+        "{to printed:.0e} off the print",
     ),
 )
 
@@ -101,6 +102,6 @@ def headline() -> str:
     small = f", small sizes{which}" if quick else ""
     table = markdown(["what", "measured", "error", "`airfold bench`"], body)
     return (
-        f"{table}\nMeasured on {' and '.join(machines)} (load {min(loads):g} to {max(loads):g}), "
-        f"{span}{small}.\n"
+        f"{table}\nMeasured on {' and '.join(machines)}, {span}{small}; load {min(loads):g} to "
+        f"{max(loads):g}: above the number of cores, other jobs ran too and seconds are too long.\n"
     )

@@ -132,7 +132,7 @@ def draw_shots(
     for k, shot in enumerate(shots):
         axes = figure.add_subplot(grid[k // 3, k % 3], projection="3d")
         draw_shot(cast("Axes3D", axes), shot, colours, low, high)
-        tall = high[2] - low[2] > 0.8 * (high[0] - low[0])
+        tall = _height_seen(low, high) > 0.8 * (high[0] - low[0])
         axes.set_title(title(shot.t, history), fontsize=12, y=0.89 if tall else 0.83)
     bar = figure.colorbar(
         colours, cax=figure.add_axes((0.925, 0.44, 0.012, 0.46)), extend="max", format="%.3g"
@@ -164,11 +164,17 @@ def draw_shot(
     axes.set_zlim(low[2], high[2])
     box = np.array([2 * half[0], max(high[1], 1e-12), 2 * half[2]])
     # matplotlib scales the box by its diagonal: undo that, so that width or height fills the axes
-    zoom = 0.88 * float(np.linalg.norm(box)) / max(box[0], 1.2 * box[2])
+    zoom = 0.88 * float(np.linalg.norm(box)) / max(box[0], 1.3 * _height_seen(low, high))
     axes.set_box_aspect(tuple(box), zoom=zoom)
     axes.view_init(elev=ELEVATION, azim=-90)
     axes.set_proj_type("ortho")
     axes.set_axis_off()
+
+
+def _height_seen(low: np.ndarray, high: np.ndarray) -> float:
+    """Height of the half y >= 0 of a box as the eye sees it: its top is in view too."""
+    tilt = np.radians(ELEVATION)
+    return float((high[2] - low[2]) * np.cos(tilt) + max(high[1], 0.0) * np.sin(tilt))
 
 
 def _shade(polygon: np.ndarray) -> float:
