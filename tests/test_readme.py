@@ -99,7 +99,7 @@ def headings(path: Path) -> set[str]:
 def test_scene_of_the_readme(tmp_path):
     (block,) = re.findall(r"```toml\n(.*?)```", TEXT["cases/README.md"], re.DOTALL)
     (tmp_path / "scene.toml").write_text(block)
-    assert loader.read(tmp_path / "scene.toml").geometry.fold == "accordion"
+    assert loader.read(tmp_path / "scene.toml").geometry.kind == "pillow"
     assert tomllib.loads(block)["kind"] == "inflation"
 
 
