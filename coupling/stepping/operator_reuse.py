@@ -7,6 +7,7 @@ share of its tolerance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,6 +48,11 @@ class OperatorReuse:
     saved: int = 0
     _geometry: np.ndarray | None = field(default=None, init=False, repr=False)
     _operator: FluidOperator[Any] | None = field(default=None, init=False, repr=False)
+
+    @property
+    def statistics(self) -> Mapping[str, Any]:
+        """What the fluid tells of its operators, for run.json; empty if it tells nothing."""
+        return getattr(self.fluid, "statistics", {})
 
     def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         """Assemble a geometry, or return the last operator if that is as good.

@@ -3,7 +3,9 @@
 import pytest
 
 from cases import loader
+from cases.kinds import simulation
 from cases.kinds.inflation import plan
+from coupling import OperatorReuse
 
 
 def planned(*keys):
@@ -40,3 +42,11 @@ def test_a_scene_is_worked_out_once(monkeypatch):
     assert len(built) == 1
     KINDS["inflation"].simulated(scene).simulation()
     assert len(built) == 2
+
+
+def test_a_run_can_tell_how_its_fluid_is_compressed():
+    """run.json reads them from the fluid of the run, whose operators are reused by default."""
+    scene = loader.read("pillow", ["mesh.around=16", "mesh.across=8", "fluid.compression=h2"])
+    fluid = simulation(scene).fluid
+    assert isinstance(fluid, OperatorReuse)
+    assert fluid.statistics is fluid.fluid.statistics

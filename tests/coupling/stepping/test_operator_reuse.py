@@ -47,3 +47,10 @@ def test_reach_is_a_share_of_the_traction_tolerance():
     """In a film p ~ H^-3; both sheets move."""
     d = reach(1e-3, 0.5, 0.3)
     assert (0.5 / (0.5 - 2.0 * d)) ** 3 - 1.0 == pytest.approx(0.3e-3, rel=1e-3)
+
+
+def test_what_the_fluid_tells_of_its_operators_passes_through():
+    fluid = Fluid()
+    assert OperatorReuse(fluid, 1.0).statistics == {}
+    fluid.statistics = {"rank_max": 7}
+    assert OperatorReuse(fluid, 1.0).statistics is fluid.statistics  # it fills as the run goes
