@@ -159,14 +159,3 @@ class JumpFormulation:
             projected = projected.reshape(tested.shape)
             double = self.double if tested.ndim == 1 else self.double.dense()
         return jump_data(tested, self.viscosity_ratio, double, projected, background)
-
-    def solve(self, data: np.ndarray) -> SaddleSolution:
-        """Traction jump and multipliers for a right-hand side ``(3 n_dofs,)``.
-
-        Of a compressed layer the error is measured on the first traction found.
-        """
-        solved, layer = self.system.solve(data), self.layer
-        if isinstance(layer, CompressedSingleLayer) and np.isnan(layer.error_traction):
-            traction = solved.solution.reshape(-1, 3)
-            layer.measure_on(traction, layer.compression.expected_gap_error)
-        return solved

@@ -27,10 +27,13 @@ from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
+from ..traction_error import Verdict
 from .formulation import JumpFormulation
+from .measured_solve import MeasuredSolve
 from .surface_traction import SurfaceTraction
 
 logger = logging.getLogger(__name__)
+FIRST_SOLVE = 1e-3  # relative residual of a solve that is corrected
 Velocity = Callable[[np.ndarray], np.ndarray] | np.ndarray
 
 
@@ -58,6 +61,10 @@ class StokesFlow:
         Of the single layer. ``auto`` stores up to 6000 unknowns densely and takes the cheapest of
         direct sums, ACA and H2 beyond; ``dense`` never compresses. The double layer of unequal
         viscosities is always summed directly.
+    measure : bool
+        Measure the error of every solve and correct it until the tolerance is met. It costs a
+        near field of its own, about the time of the first; without it tractions carry no figure
+        for quadrature and compression and their verdict is "cannot tell" at best.
 
     Attributes
     ----------
@@ -90,6 +97,7 @@ class StokesFlow:
         background: Velocity | None = None,
         orders: QuadratureOrders | None = None,
         compression: str = "auto",
+        measure: bool = True,
     ):
         _check(viscosity, viscosity_ratio, background)
         self.viscosity_ratio, self.background = viscosity_ratio, background
@@ -104,9 +112,10 @@ class StokesFlow:
         for warning in self.budget.warnings:
             logger.warning(warning)
         self.orders = _orders(self.budget.orders, compression) if orders is None else orders
+        self.measure = measure
         self.compression = choose(
             compression,
-            self.budget.compression,
+            self.budget.corrected if measure else self.budget.compression,
             n_dofs=patches.n_dofs,
             n_outer=patches.n_elements * self.orders.outer**2,
             n_source=patches.n_elements * self.orders.source**2,
@@ -135,10 +144,16 @@ class StokesFlow:
             single_layer_on(self.surface, self.orders, compression=self.compression),
             self.viscosity_ratio,
             self.orders,
-            self.budget.krylov,
+            # what the first iteration leaves, the corrections find and remove
+            max(self.budget.krylov, FIRST_SOLVE) if self.measure else self.budget.krylov,
             two_level_schwarz if schwarz else MassPreconditioner,
             components=self.components,
         )
+
+    @cached_property
+    def solver(self) -> MeasuredSolve:
+        """The formulation and the sharper ones that measure it."""
+        return MeasuredSolve(self.formulation, self.budget.traction)
 
     @property
     def points(self) -> np.ndarray:
@@ -174,15 +189,22 @@ class StokesFlow:
             A velocity of the wrong shape or not finite.
         """
         u = _at(velocity, self.points)
-        found = self.formulation.solve(self._data(u))
+        measured = self.solver.solve(
+            *self._tested(u), compression=self.measure, quadrature=self.measure
+        )
+        found = measured.solved
+        error = self.solver.error(measured, self.budget.krylov_error(found.residual))
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
+        if error.verdict is Verdict.MISSED:
+            logger.warning("traction error %s", error)
         return SurfaceTraction(
             self.viscosity * found.solution.reshape(-1, 3),
             self.viscosity * np.atleast_1d(found.zeta),
             found.result,
             found.iterations,
             found.residual,
+            error,
             u,
             self.formulation,
             self.viscosity,
@@ -202,12 +224,13 @@ class StokesFlow:
         """
         return np.zeros(points.shape) if self.background is None else _at(self.background, points)
 
-    def _data(self, u: np.ndarray) -> np.ndarray:
-        """Right-hand side for the velocity u at the points, ``(3 n_dofs,)``."""
-        project, background = self.surface.project, np.zeros(3 * self.patches.n_dofs)
-        if self.background is not None:
-            background = project(self.undisturbed(self.points)).ravel()
-        return self.formulation.data(project(u).ravel(), background)
+    def _tested(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
+        """Tested velocities at the points and of the background, ``(3 n_dofs,)`` each."""
+        project = self.surface.project
+        tested = project(u).ravel()
+        if self.background is None:
+            return tested, 0.0
+        return tested, project(self.undisturbed(self.points)).ravel()
 
 
 def _orders(asked: QuadratureOrders, compression: str) -> QuadratureOrders:

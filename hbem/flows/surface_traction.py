@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..solvers.gmres import KrylovResult
+from ..traction_error import TractionError
 from .field import FlowField, flow_field
 from .formulation import JumpFormulation
 
@@ -28,6 +29,8 @@ class SurfaceTraction:
         Of GMRES, 0 for a direct solve.
     residual : float
         True relative residual.
+    error : TractionError
+        Estimated shares of mesh, quadrature, compression and Krylov iteration.
     velocity : (n_points, 3) array
         Boundary velocity at the points.
     formulation : JumpFormulation
@@ -43,6 +46,7 @@ class SurfaceTraction:
     result: KrylovResult
     iterations: int
     residual: float
+    error: TractionError
     velocity: np.ndarray
     formulation: JumpFormulation
     viscosity: float

@@ -7,14 +7,15 @@ builds fastest, ACA applies fastest. Needs no compiled code.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 METHODS = ("aca", "h2")
 STORED_LIMIT = 6000  # unknowns up to which the matrix is stored dense
-GAP_OPPOSED = 50.0  # largest measured error on gap-opposed densities in units of the tolerance
-PAIRS = 1e9  # plain kernels summed in a second by one thread
+PAIRS = 2e9  # plain kernels summed in a second by one thread
+SHARPER = 30.0  # how much sharper than the operator the one is that measures its error
+MEASUREMENTS = 3  # products with that one, in a solve of its own
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,6 @@ class Compression:
     method : {"aca", "h2"}
     tolerance : float
         Of the matrix, for random and constant densities.
-    expected_gap_error : float
-        Error on gap-opposed densities beyond which the operator warns.
     seed : int
     memory : float, optional
         Bytes that the operator may take.
@@ -40,7 +39,6 @@ class Compression:
 
     method: str
     tolerance: float
-    expected_gap_error: float = np.inf
     seed: int = 0
     memory: float | None = None
 
@@ -97,7 +95,33 @@ def choose(
     if method in ("dense", "direct"):
         return None
     tolerance = tolerances[method]
-    return Compression(method, tolerance, GAP_OPPOSED * tolerance, seed, memory)
+    return Compression(method, tolerance, seed, memory)
+
+
+def sharper(
+    compression: Compression, *, n_dofs: int, n_outer: int, n_source: int
+) -> Compression | None:
+    """By what the error of a compressed solve is measured; None for exact sums.
+
+    A few products with exact sums, or H2 at a thirtieth of the tolerance, where that costs less:
+    measuring stays O(N log N).
+
+    Parameters
+    ----------
+    compression : Compression
+        Of the operator that is solved with.
+    n_dofs, n_outer, n_source : int
+        Density functions, outer and source points.
+
+    Returns
+    -------
+    Compression or None
+    """
+    tolerance = compression.tolerance / SHARPER
+    costs = costs_of({"h2": tolerance}, n_dofs, n_outer, n_source, MEASUREMENTS)
+    if costs["direct"] <= costs["h2"]:
+        return None
+    return replace(compression, method="h2", tolerance=tolerance)
 
 
 def costs_of(
@@ -114,7 +138,7 @@ def costs_of(
     d = digits["h2"]
     build, product = (6e-6, 4.0e-7) if tolerances["h2"] >= 1e-4 else (5e-6, 1.5e-7)
     costs["h2"] = points * (build * d**1.9 + products * product * d**1.35)
-    if n_outer == n_source:
+    if n_outer == n_source and "aca" in tolerances:
         build, product = 3e-4 * digits["aca"] ** 1.4, 2.5e-7 * digits["aca"] ** 1.5
         costs["aca"] = n_dofs * (build * np.log2(max(n_dofs / 200.0, 2.0)) + products * product)
     return costs

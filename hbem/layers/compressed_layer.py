@@ -1,14 +1,11 @@
 """The single layer with its plain part compressed: ``A = B^T W C_near + (W B)^T G (W B)``.
 
 The near field stays exact and sparse; compression acts on the plain point kernel only, whose
-error is measured for random and constant densities (compared with the tolerance) and for densities
-that cancel across gaps (reported: relative to ``|A x|`` they see 10 to 50 times more).
+error is measured for random and constant densities. What that costs a traction is measured by its
+solve, see `hbem.flows.measured_solve`: no product with the operator tells it.
 """
 
 from __future__ import annotations
-
-import logging
-from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
@@ -22,8 +19,6 @@ from .choice import Compression
 from .dense_layer import dense_matrix
 from .layer import SingleLayer
 
-log = logging.getLogger(__name__)
-
 
 class CompressedSingleLayer(SingleLayer):
     """The single layer with compressed plain part; products of many vectors at once.
@@ -34,9 +29,6 @@ class CompressedSingleLayer(SingleLayer):
         ``(W B)^T G (W B)``; its ``statistics`` tell error, ranks, bytes and seconds.
     compression : Compression
         What was asked for.
-    error_gap, error_traction : float
-        Measured on gap-opposed densities and on a solved traction, relative to ``|A x|``;
-        NaN before.
     """
 
     def __init__(
@@ -44,7 +36,6 @@ class CompressedSingleLayer(SingleLayer):
     ):
         super().__init__(surface, near)
         self.plain, self.compression = plain, compression
-        self.error_gap, self.error_traction = np.nan, np.nan
 
     def dense(self) -> np.ndarray:
         return dense_matrix(self.surface, self.near)
@@ -53,66 +44,21 @@ class CompressedSingleLayer(SingleLayer):
         x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
         return (self.near.apply(x) + self.plain.apply(x)).reshape(self.shape[0], -1)
 
-    def error_on(self, density: np.ndarray, seed: int = 0) -> float:
-        """Measured error of ``A x`` for densities ``(n_dofs, 3)``, relative to ``|A x|``."""
-        items, exact = _exact(self, density[:, :, None], seed)
-        whole = (exact + self.near.apply(density[:, :, None])[items])[:, :, 0]
-        difference = (self.plain.apply(density[:, :, None])[items] - exact)[:, :, 0]
-        size = float(np.linalg.norm(whole))
-        return float(np.linalg.norm(difference)) / size if size > 0.0 else 0.0
-
-    def measure_on(self, traction: np.ndarray, expected: float) -> None:
-        """Measure ``error_traction`` on a solved traction ``(n_dofs, 3)``; warn above expected."""
-        self.error_traction = self.error_on(traction)
-        if self.error_traction > expected:
-            self._warn("the traction", self.error_traction, expected)
-
-    def measure_gap(self, expected: float, seed: int) -> None:
-        """Measure ``error_gap``; warn above expected."""
-        self.error_gap = self.error_on(gap_opposed(self.surface), seed)
-        if self.error_gap > expected:
-            self._warn("gap-opposed densities", self.error_gap, expected)
-
-    def _warn(self, where: str, error: float, expected: float) -> None:
-        message = (
-            f"error on {where} {error:.1e}, expected at most {expected:.1e}: less accurate than "
-            "asked in the gap"
-        )
-        log.warning(message)
-        s = self.plain.statistics
-        self.plain.statistics = replace(s, note="; ".join(filter(None, [s.note, message])))
-
     def statistics(self) -> dict[str, float | int | str]:
         """Everything measured, for run records."""
-        return {
-            **self.plain.statistics.record(),
-            "error_gap": self.error_gap,
-            "error_traction": self.error_traction,
-        }
+        return self.plain.statistics.record()
 
     def __getitem__(self, key: int | slice | tuple) -> None:
         self.plain[key]
 
     def __repr__(self) -> str:
-        near = f"{self.near.nbytes / 1e6:.1f} MB near correction"
-        cancelling = f"gap-opposed: {self.error_gap:.1e} of |A x|"
-        if self.error_traction == self.error_traction:
-            cancelling += f", last traction: {self.error_traction:.1e}"
-        return f"{self.plain!r}\n  {cancelling}; {near}"
-
-
-def _exact(
-    layer: CompressedSingleLayer, density: np.ndarray, seed: int
-) -> tuple[np.ndarray, np.ndarray]:
-    n = density.shape[0]
-    items = np.sort(np.random.default_rng(seed).permutation(n)[:48])
-    return items, layer.plain.exact_rows(items, density)
+        return f"{self.plain!r}\n  {self.near.nbytes / 1e6:.1f} MB near correction"
 
 
 def compressed_single_layer(
     surface: SampledSurface, near: NearField, compression: Compression
 ) -> CompressedSingleLayer:
-    """Compress the plain part of a single layer and measure what that costs in accuracy.
+    """Compress the plain part of a single layer.
 
     Raises
     ------
@@ -121,9 +67,7 @@ def compressed_single_layer(
     MemoryError
         A forecast above ``compression.memory``.
     """
-    layer = CompressedSingleLayer(surface, near, _plain(surface, compression), compression)
-    layer.measure_gap(compression.expected_gap_error, compression.seed)
-    return layer
+    return CompressedSingleLayer(surface, near, _plain(surface, compression), compression)
 
 
 def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
@@ -147,19 +91,6 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
 def weighted_basis(surface: SampledSurface) -> csr_matrix:
     """``W B`` at the outer points, ``(n_points, n_dofs)``."""
     return (diags(surface.outer.weights) @ surface.basis).tocsr()
-
-
-def gap_opposed(surface: SampledSurface) -> np.ndarray:
-    """A pressure that varies along the surface, ``p n`` with linear p: ``(n_dofs, 3)``.
-
-    In a gap the forces on both sheets oppose each other and A x nearly vanishes.
-    """
-    area = np.asarray(surface.mass.sum(axis=1)).ravel()
-    normals = surface.constraint / area[:, None]
-    positions = surface.project(surface.outer.points) / area[:, None]
-    positions = positions - positions.mean(axis=0)
-    axis = int(np.argmax(np.ptp(positions, axis=0)))
-    return normals * positions[:, axis : axis + 1]
 
 
 def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:

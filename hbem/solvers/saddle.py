@@ -84,6 +84,14 @@ class DenseSaddle:
         residual = _relative(self._matrix @ x[..., few] - full[..., few], full[..., few])
         return SaddleSolution(*self.system.split(x), KrylovResult.DIRECT, 0, residual)
 
+    def correction(
+        self, residual: np.ndarray, density: np.ndarray, tolerance: float
+    ) -> SaddleSolution:
+        """Solve for what is missing of a density; see `IterativeSaddle.correction`."""
+        full = self.system.defect(residual, density)
+        x = lu_solve(self._factors, full, check_finite=False)
+        return SaddleSolution(*self.system.split(x), KrylovResult.DIRECT, 0, 0.0)
+
 
 @dataclass(frozen=True)
 class IterativeSaddle:
@@ -134,11 +142,34 @@ class IterativeSaddle:
         -------
         SaddleSolution
         """
+        return self._solve(self.system.extend(rhs), self.tolerance)
+
+    def correction(
+        self, residual: np.ndarray, density: np.ndarray, tolerance: float
+    ) -> SaddleSolution:
+        """Solve for what is missing of a density, with the residual of another operator.
+
+        Parameters
+        ----------
+        residual : (3 n,) array
+            Of the first rows, multipliers included.
+        density : (3 n,) array
+            Whose constraint may be violated.
+        tolerance : float
+            Relative residual of the correction.
+
+        Returns
+        -------
+        SaddleSolution
+        """
+        return self._solve(self.system.defect(residual, density), tolerance)
+
+    def _solve(self, full: np.ndarray, tolerance: float) -> SaddleSolution:
         found = gmres(
             self.system.apply,
             self._precondition,
-            self.system.extend(rhs),
-            tolerance=self.tolerance,
+            full,
+            tolerance=tolerance,
             max_iterations=self.max_iterations,
         )
         split = self.system.split(found.x)

@@ -99,6 +99,14 @@ class SaddleSystem:
         """``[F; 0]``."""
         return np.concatenate([rhs, np.zeros((self.columns.shape[1], *rhs.shape[1:]))])
 
+    def defect(self, residual: np.ndarray, density: np.ndarray) -> np.ndarray:
+        """Right-hand side of a correction: a residual, and the constraint's of a density."""
+        return np.concatenate([residual, -(self.columns.T @ density)])
+
+    def multiplied(self, zeta: np.ndarray | float) -> np.ndarray:
+        """``C zeta`` of the unscaled constraint, ``(3 n,)``."""
+        return self.columns @ (np.atleast_1d(zeta) / self.scale)
+
     def split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
         """Density and multipliers, a float for a single one."""
         zeta = x[self.n :] * self.scale

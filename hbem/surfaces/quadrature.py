@@ -7,7 +7,7 @@ plain Gauss elsewhere. Defaults give tractions accurate to about 1e-5 on fat bod
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -77,6 +77,25 @@ class QuadratureOrders:
         if layer == 0:
             return self.near_offset, self.near_slope
         return self.double_offset, self.double_slope
+
+    def finer(self) -> QuadratureOrders:
+        """The next finer rule, by which the error of this one is measured.
+
+        The outer points stay: both sides of an equation must use the same.
+
+        Returns
+        -------
+        QuadratureOrders
+            Equal to this one where every order is the largest already.
+        """
+        return replace(
+            self,
+            far=min(self.source + 1, LARGEST),
+            near_offset=self.near_offset + 2.0,
+            double_offset=self.double_offset + 2.0,
+            radial=min(self.radial + 4, LARGEST // 2),
+            angular=min(self.angular + 2, LARGEST // 2),
+        )
 
     @classmethod
     def fast(cls) -> QuadratureOrders:

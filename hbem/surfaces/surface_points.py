@@ -134,6 +134,13 @@ class SampledSurface:
         """``c_a = int N_a n``, ``(n_dofs, 3)``."""
         return self.project(self.outer.normals)
 
+    def with_source(self, orders: QuadratureOrders) -> SampledSurface:
+        """The same surface and outer points with the plain source points of other orders."""
+        source = self.outer
+        if orders.source**2 != self.outer.per_element:
+            source = point_set(self.control, orders.source)
+        return replace(self, source=source)
+
     def project(self, values: np.ndarray) -> np.ndarray:
         """Integrals ``int N_a f`` of point values.
 

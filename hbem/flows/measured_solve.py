@@ -1,0 +1,177 @@
+"""A solve that measures its own error: compression and quadrature, in the norm of the traction.
+
+Compression: the residual with exact sums, or with an operator compressed thirty times more
+sharply where those cost too much, see `hbem.solvers.refinement`. Quadrature: the residual with the
+next finer rule, whose near field is assembled once for a geometry. Both corrections are added, and
+repeated until the error left is below what was asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..accuracy import COMPRESSION, QUADRATURE
+from ..layers.choice import sharper
+from ..layers.compressed_layer import CompressedSingleLayer, compressed_single_layer
+from ..layers.direct_layer import DirectSingleLayer
+from ..layers.layer import SingleLayer
+from ..layers.single_layer import single_layer_on
+from ..solvers.refinement import INNER, refine, remaining
+from ..solvers.saddle_system import SaddleSolution
+from ..traction_error import TractionError
+from .formulation import JumpFormulation
+
+RULES = 4  # finer rules tried after each other
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A solution and the sizes of its corrections, each relative in the L2 norm of the traction.
+
+    Attributes
+    ----------
+    solved : SaddleSolution
+    compression, quadrature : tuple of float
+        Each the error before that correction; empty where nothing was measured.
+    """
+
+    solved: SaddleSolution
+    compression: tuple[float, ...] = ()
+    quadrature: tuple[float, ...] = ()
+
+
+@dataclass
+class MeasuredSolve:
+    """Solves of one formulation on one geometry, measured against sharper ones.
+
+    Parameters
+    ----------
+    formulation : JumpFormulation
+        The one that is solved.
+    tolerance : float
+        Relative error asked of the traction; compression and quadrature have their shares in it.
+    """
+
+    formulation: JumpFormulation
+    tolerance: float
+    _sharp: SingleLayer | None = field(default=None, init=False, repr=False)
+    _finer: list[JumpFormulation] = field(default_factory=list, init=False, repr=False)
+
+    def solve(
+        self,
+        tested: np.ndarray,
+        background: np.ndarray | float = 0.0,
+        *,
+        compression: bool = True,
+        quadrature: bool = True,
+    ) -> Measured:
+        """Solve for a boundary velocity and correct what can be measured.
+
+        Parameters
+        ----------
+        tested : (3 n_dofs,) array
+            Tested velocity.
+        background : (3 n_dofs,) array or float
+            Tested undisturbed velocity.
+        compression, quadrature : bool
+            What to measure; the quadrature's near field costs as much as the formulation's own.
+
+        Returns
+        -------
+        Measured
+        """
+        made = self.formulation
+        data = made.data(tested, background)
+        scale = float(np.linalg.norm(data))
+        solved = made.system.solve(data)
+        compressed: tuple[float, ...] = ()
+        if compression and isinstance(made.layer, CompressedSingleLayer):
+            refined = refine(
+                made.system, self._residual(data, self.sharp), solved, scale, self.size,
+                COMPRESSION * self.tolerance,
+            )  # fmt: skip
+            solved, compressed = refined.solved, refined.estimates
+        found: list[float] = []
+        while quadrature and len(found) < RULES:
+            fine = self.finer(len(found))
+            against = self._residual(fine.data(tested, background), fine.layer)
+            refined = refine(made.system, against, solved, scale, self.size, np.inf)
+            solved = refined.solved
+            found.append(refined.error)
+            exhausted = fine.orders == fine.orders.finer()
+            if remaining(tuple(found)) <= QUADRATURE * self.tolerance or exhausted:
+                break
+        return Measured(solved, compressed, tuple(found))
+
+    def error(self, measured: Measured, krylov: float, mesh: float = np.nan) -> TractionError:
+        """What was measured as the shares of a traction error.
+
+        Parameters
+        ----------
+        measured : Measured
+        krylov : float
+            Of the first solve, where nothing was corrected.
+        mesh : float
+            Share of the discretisation.
+
+        Returns
+        -------
+        TractionError
+        """
+        made, m = self.formulation, measured
+        compression = remaining(m.compression) if m.compression else np.nan
+        if not isinstance(made.layer, CompressedSingleLayer):
+            compression = 0.0
+        quadrature = remaining(m.quadrature) if m.quadrature else np.nan
+        last = (*m.compression, *m.quadrature)[-1:]
+        left = INNER * last[0] if last and m.solved.iterations else krylov
+        return TractionError(self.tolerance, mesh, quadrature, compression, left)
+
+    def size(self, density: np.ndarray) -> float:
+        """L2 norm on the surface of a density ``(3 n_dofs,)``."""
+        d = density.reshape(-1, 3)
+        return float(np.sqrt(max(np.sum(d * (self.formulation.surface.mass @ d)), 0.0)))
+
+    @property
+    def sharp(self) -> SingleLayer:
+        """The same rule with the plain part summed exactly, or compressed more sharply."""
+        if self._sharp is None:
+            layer = self.formulation.layer
+            assert isinstance(layer, CompressedSingleLayer)
+            self._sharp = self._exactly(layer, layer)
+        return self._sharp
+
+    def finer(self, level: int) -> JumpFormulation:
+        """The formulation with the rule ``level + 1`` times finer."""
+        while len(self._finer) <= level:
+            before = self._finer[-1] if self._finer else self.formulation
+            orders = before.orders.finer()
+            surface = before.surface.with_source(orders)
+            layer: SingleLayer = single_layer_on(surface, orders, storage="direct")
+            if isinstance(self.formulation.layer, CompressedSingleLayer):
+                layer = self._exactly(self.formulation.layer, layer)
+            # only the last and its data are needed: a near field is as large as the operator
+            self._finer.append(replace(before, layer=layer, orders=orders))
+        return self._finer[level]
+
+    def _exactly(self, compressed: CompressedSingleLayer, like: SingleLayer) -> SingleLayer:
+        """The points and near field of a layer, summed more exactly than the compressed one."""
+        surface, near = like.surface, like.near
+        sharp = sharper(
+            compressed.compression,
+            n_dofs=surface.patches.n_dofs,
+            n_outer=surface.outer.weights.size,
+            n_source=surface.source.weights.size,
+        )
+        if sharp is None:
+            return DirectSingleLayer(surface, near)
+        return compressed_single_layer(surface, near, sharp)
+
+    def _residual(
+        self, data: np.ndarray, layer: SingleLayer
+    ) -> Callable[[SaddleSolution], np.ndarray]:
+        system = self.formulation.system.system
+        return lambda x: data - layer @ x.solution - system.multiplied(x.zeta)

@@ -1,0 +1,93 @@
+"""The error of a traction in its three shares, and the verdict on it."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+
+class Verdict(enum.Enum):
+    """Whether a tolerance was met, in these words everywhere."""
+
+    MET = "met"
+    MISSED = "missed"
+    CANNOT_TELL = "cannot tell"
+
+
+@dataclass(frozen=True)
+class TractionError:
+    """Estimated relative errors of a traction, in the L2 norm over the surface.
+
+    Parameters
+    ----------
+    tolerance : float
+        What was asked of their sum.
+    mesh : float
+        Of the discretisation; NaN where it was not estimated.
+    quadrature, compression : float
+        Of the operator; NaN where it was not measured, 0 where there is none.
+    krylov : float
+        Of the linear iteration.
+    unresolved : str
+        Where the mesh is too coarse for any estimate, and what refinement would do; empty where
+        it resolves the gap.
+    """
+
+    tolerance: float
+    mesh: float
+    quadrature: float
+    compression: float
+    krylov: float
+    unresolved: str = ""
+
+    @property
+    def operator(self) -> float:
+        """Quadrature and compression together."""
+        return self.quadrature + self.compression
+
+    @property
+    def total(self) -> float:
+        """Sum of the three shares; NaN where one of them is not known."""
+        return self.mesh + self.operator + self.krylov
+
+    @property
+    def verdict(self) -> Verdict:
+        """Met or missed by the sum; a share that is not known, or a mesh that is too coarse for
+        its own estimate, can only be told where the others miss the tolerance already.
+        """
+        known = sum(e for e in (self.mesh, self.operator, self.krylov) if not math.isnan(e))
+        if known > self.tolerance:
+            return Verdict.MISSED
+        told = not self.unresolved and not math.isnan(self.total)
+        return Verdict.MET if told else Verdict.CANNOT_TELL
+
+    def describe(self) -> dict[str, float | str]:
+        """Plain numbers and words for records.
+
+        Returns
+        -------
+        dict of str to float or str
+        """
+        return {
+            "tolerance": self.tolerance,
+            "mesh": self.mesh,
+            "quadrature_and_compression": self.operator,
+            "krylov": self.krylov,
+            "total": self.total,
+            "verdict": self.verdict.value,
+            "unresolved": self.unresolved,
+        }
+
+    def __str__(self) -> str:
+        shares = (
+            f"mesh {_figure(self.mesh)}, quadrature and compression {_figure(self.operator)}, "
+            f"Krylov {_figure(self.krylov)}: {_figure(self.total)} of {self.tolerance:g} asked"
+        )
+        return f"{self.verdict.value}: {shares}" + (
+            f"; {self.unresolved}" if self.unresolved else ""
+        )
+
+
+def _figure(value: float) -> str:
+    return "not estimated" if math.isnan(value) else f"{value:.1e}"
