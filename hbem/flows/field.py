@@ -95,7 +95,7 @@ def flow_field(
     density = _local(surface, np.concatenate([traction, velocity], axis=1))
     owners = np.full(points.shape[0], -1)
     ball = (orders or QuadratureOrders()).near_ball
-    pairs = near_pairs(surface, points, owners, ball)
+    pairs = near_pairs(surface, points - surface.origin, owners, ball)
     nearest, values = _nearest(surface, pairs, density)
     walls = np.where(nearest[:, None] < np.inf, values[:, 3:], 0.0)
     out = _sums(surface, pairs, density, double, walls)
@@ -169,7 +169,7 @@ def _sums(
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
     kernels.fields(
         pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.closest.rows,
-        surface.pieces.boxes, surface.control, density, source.points.reshape(n, -1, 3),
+        surface.pieces.boxes, surface.control, density, source.offsets.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,
     )  # fmt: skip

@@ -132,7 +132,7 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
     one_set = surface.source is surface.outer
     if compression.method == "h2":
         points, basis, test = (
-            (surface.outer.points, weighted_basis(surface), None) if one_set else _join(surface)
+            (surface.outer.offsets, weighted_basis(surface), None) if one_set else _join(surface)
         )
         return h2matrix(points, tolerance, basis=basis, test=test, seed=seed, memory=memory)
     if not one_set:
@@ -141,7 +141,7 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
             'quadrature orders, or compression = "h2"'
         )
     basis = weighted_basis(surface)
-    return hmatrix(surface.outer.points, tolerance, basis=basis, seed=seed, memory=memory)
+    return hmatrix(surface.outer.offsets, tolerance, basis=basis, seed=seed, memory=memory)
 
 
 def weighted_basis(surface: SampledSurface) -> csr_matrix:
@@ -156,7 +156,7 @@ def gap_opposed(surface: SampledSurface) -> np.ndarray:
     """
     area = np.asarray(surface.mass.sum(axis=1)).ravel()
     normals = surface.constraint / area[:, None]
-    positions = surface.project(surface.outer.points) / area[:, None]
+    positions = surface.project(surface.outer.offsets) / area[:, None]
     positions = positions - positions.mean(axis=0)
     axis = int(np.argmax(np.ptp(positions, axis=0)))
     return normals * positions[:, axis : axis + 1]
@@ -169,7 +169,7 @@ def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
     empty = [csr_matrix((p.weights.size, n)) for p in (outer, source)]
     basis = diags(source.weights) @ surface.source_basis
     return (
-        np.concatenate([outer.points, source.points]),
+        np.concatenate([outer.offsets, source.offsets]),
         vstack([empty[0], basis]).tocsr(),
         vstack([weighted_basis(surface), empty[1]]).tocsr(),
     )

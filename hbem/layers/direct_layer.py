@@ -31,6 +31,6 @@ class DirectSingleLayer(SingleLayer):
         strengths = (source.weights[:, None] * values).reshape(-1, 3, k)
         strengths = strengths[:, :, 0] if k == 1 else strengths
         sums = single_layer_sums(
-            outer.points, source.points, strengths, coincident_distance_squared(self.surface)
+            outer.offsets, source.offsets, strengths, coincident_distance_squared(self.surface)
         )
         return self.surface.project(sums.reshape(sums.shape[0], -1)).reshape(x.shape)

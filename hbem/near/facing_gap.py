@@ -135,7 +135,7 @@ class _Pairs:
             float(self.distance[k]),
             elements,
             local,
-            jets[:, 0],
+            jets[:, 0] + surface.origin,
             _normals(inside),
             _curvature_radius(inside, jets[1, 0] - jets[0, 0]),
             np.linalg.norm(jets[:, 1:3], axis=2).max(axis=1),
@@ -184,7 +184,7 @@ def _candidates(
     surface: SampledSurface, body: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of elements and starts ``(n, 4)`` from their closest samples."""
-    points, per = surface.outer.points, surface.outer.per_element
+    points, per = surface.outer.offsets, surface.outer.per_element
     pairs = [
         _flat(mine, index) for mine, index in opposed_neighbours(points, surface.outer.normals)
     ]

@@ -77,7 +77,7 @@ class NearField:
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
     """Assemble the near field of the single layer."""
-    n = surface.outer.points.shape[0]
+    n = surface.outer.weights.size
     pairs = outer_pairs(surface, orders, slice(0, n))
     return assemble(
         surface, pairs, lambda part: near_moments(surface, part, orders, minus_plain=True)

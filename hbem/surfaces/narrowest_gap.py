@@ -34,7 +34,7 @@ class NarrowestGap:
 def narrowest(surface: SampledSurface) -> NarrowestGap:
     """The narrowest gap of a sampled surface, inside or outside."""
     outer = surface.outer
-    distance = facing_distance(outer.points, outer.normals)
+    distance = facing_distance(outer.offsets, outer.normals)
     order = np.argsort(distance)
     area = np.cumsum(outer.weights[order])
     extent = np.sqrt(area / (2.0 * np.pi))
@@ -42,7 +42,7 @@ def narrowest(surface: SampledSurface) -> NarrowestGap:
     thinness = np.where(area > 1e-3 * area[-1], distance[order] / (2.0 * extent), np.inf)
     at = int(np.argmin(thinness))
     if not np.isfinite(thinness[at]):
-        size = float(np.linalg.norm(np.ptp(outer.points, axis=0)))
+        size = float(np.linalg.norm(np.ptp(outer.offsets, axis=0)))
         return NarrowestGap(size, float(extent[-1]))
     return NarrowestGap(float(distance[order[at]]), float(extent[at]))
 
