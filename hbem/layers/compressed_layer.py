@@ -20,7 +20,7 @@ from ..near.near_field import NearField
 from ..surfaces.surface_points import SampledSurface
 from .choice import Compression
 from .dense_layer import dense_matrix
-from .layer import SingleLayer
+from .layer import SingleLayer, densities
 
 log = logging.getLogger(__name__)
 
@@ -50,8 +50,12 @@ class CompressedSingleLayer(SingleLayer):
         return dense_matrix(self.surface, self.near)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
-        x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
+        x = densities(x)
         return (self.near.apply(x) + self.plain.apply(x)).reshape(self.shape[0], -1)
+
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        near = self.near.apply_transposed(densities(x))
+        return near.reshape(self.shape[0], -1) + self.plain.T @ x
 
     def error_on(self, density: np.ndarray, seed: int = 0) -> float:
         """Measured error of ``A x`` for densities ``(n_dofs, 3)``, relative to ``|A x|``."""

@@ -39,9 +39,6 @@ class StoredSingleLayer(SingleLayer):
     def _rmatmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix.T @ x
 
-    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
-        return self._matrix.T @ x
-
 
 def dense_matrix(surface: SampledSurface, near: NearField) -> np.ndarray:
     """Plain part and near field as one matrix."""

@@ -20,6 +20,7 @@ from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _double_layer_kernels as kernels
+from .layer import densities
 from .point_sums import pad_to_blocks
 
 
@@ -67,11 +68,21 @@ class DoubleLayer(LinearOperator):
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
 
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        if "_matrix" not in self.__dict__:
+            raise NotImplementedError(
+                "the transposed double layer needs the matrix: call dense() once before"
+            )
+        return self._matrix.T @ x
+
+    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
+        return self._rmatmat(np.reshape(x, (-1, 1)))[:, 0]
+
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         if "_matrix" in self.__dict__:
             return self._matrix @ x
         surface = self.surface
-        x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
+        x = densities(x)
         far = plain_sums(surface, _at(surface.source_basis, x))
         own = np.einsum("pik,pkc->pic", _matrices(self.defect), _at(surface.basis, x))
         rest = (far - own).reshape(own.shape[0], -1)

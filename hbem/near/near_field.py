@@ -58,6 +58,10 @@ class NearField:
         kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
         return y
 
+    def apply_transposed(self, x: np.ndarray) -> np.ndarray:
+        """Transposed product with densities ``(n_dofs, 3, k)``."""
+        return (self.matrix().T @ x.reshape(-1, x.shape[2])).reshape(x.shape)
+
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
