@@ -17,8 +17,10 @@ from scipy.sparse.linalg import LinearOperator
 from ..layers.layer import SingleLayer
 from ..solvers.saddle import DenseSaddle
 from ..solvers.saddle_system import SaddleSolution
+from ..surfaces.configuration import real_array
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
+from .admissible import velocities
 from .enclosed_problem import EnclosedProblem
 from .formulation import JumpFormulation
 
@@ -76,7 +78,7 @@ class EnclosedOperator:
         values = np.zeros_like(outer.points)
         if self.problem.profile is None:
             return values
-        profile = np.asarray(self.problem.profile(outer.points[inside]), dtype=float)
+        profile = real_array("inflow profile", self.problem.profile(outer.points[inside]))
         total = outer.weights[inside] @ profile
         if not total > 0.0:
             raise ValueError(f"the inflow profile integrates to {total:.3g}, expected > 0")
@@ -102,11 +104,12 @@ class EnclosedOperator:
         Raises
         ------
         ValueError
-            A velocity of the wrong shape.
+            A velocity of the wrong shape, complex or not finite.
         """
         expected = (self.problem.patches.n_coefficients, 3)
-        if np.shape(velocity) != expected:
-            raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
+        velocity = real_array("velocity", velocity)
+        if velocity.shape != expected:
+            raise ValueError(f"expected velocity {expected}, got {velocity.shape}")
         solved = self.solve(self.linear_data(velocity) - self._background_data)
         return Traction(
             solved.solution.reshape(-1, 3),
@@ -128,7 +131,8 @@ class EnclosedOperator:
         problem = self.problem
         if problem.background is None:
             return np.zeros(3 * problem.patches.n_dofs)
-        velocity = np.asarray(problem.background(self.surface.outer.points), dtype=float)
+        points = self.surface.outer.points
+        velocity = velocities("background", problem.background(points), points)
         return problem.viscosity_ratio * self.surface.project(velocity).ravel()
 
     def solve(self, data: np.ndarray) -> SaddleSolution:

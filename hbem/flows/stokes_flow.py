@@ -27,8 +27,9 @@ from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
+from .admissible import check_bodies, check_viscosities, velocities
 from .formulation import JumpFormulation
-from .surface_traction import SurfaceTraction
+from .surface_traction import SurfaceTraction, with_flux_judged
 
 logger = logging.getLogger(__name__)
 Velocity = Callable[[np.ndarray], np.ndarray] | np.ndarray
@@ -73,10 +74,12 @@ class StokesFlow:
     Raises
     ------
     SurfaceError
-        An open surface, mixed orientation or inward normals.
+        An open surface, elements given twice, mixed orientation, inward normals, bodies that cross
+        or touch, or nested ones with a viscosity ratio that leaves no viscosity inside both.
     ValueError
         A viscosity that is not positive, a negative ratio, a background without outer fluid,
-        coefficients of the wrong shape, or an unknown compression.
+        coefficients of the wrong shape, not finite or beyond double precision's reach, or an
+        unknown compression.
     """
 
     def __init__(
@@ -91,7 +94,11 @@ class StokesFlow:
         orders: QuadratureOrders | None = None,
         compression: str = "auto",
     ):
-        _check(viscosity, viscosity_ratio, background)
+        check_viscosities(viscosity, viscosity_ratio, background=background is not None)
+        if background is not None and not callable(background) and np.shape(background) != (3,):
+            raise ValueError(
+                f"background: expected a callable or 3 numbers, got shape {np.shape(background)}"
+            )
         self.viscosity_ratio, self.background = viscosity_ratio, background
         if coefficients is None:
             coefficients = patches.coefficients if isinstance(patches, BezierPatches) else None
@@ -99,7 +106,9 @@ class StokesFlow:
                 raise ValueError("these patches carry no configuration: give coefficients")
         self.patches, self.coefficients, self.viscosity = patches, coefficients, viscosity
         self.components = closed_components(patches, coefficients)
-        gap = narrowest(sample(patches, coefficients, QuadratureOrders()))
+        sampled = sample(patches, coefficients, QuadratureOrders())
+        check_bodies(sampled, self.components, viscosity_ratio)
+        gap = narrowest(sampled)
         self.budget: Budget = budget(tolerance, gap.distance, gap.extent)
         for warning in self.budget.warnings:
             logger.warning(warning)
@@ -167,17 +176,18 @@ class StokesFlow:
         Returns
         -------
         SurfaceTraction
+            Its ``result`` is ``NET_FLUX`` if a component's flux exceeds the tolerance.
 
         Raises
         ------
         ValueError
-            A velocity of the wrong shape or not finite.
+            A velocity of the wrong shape, complex or not finite.
         """
         u = _at(velocity, self.points)
         found = self.formulation.solve(self._data(u))
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
-        return SurfaceTraction(
+        traction = SurfaceTraction(
             self.viscosity * found.solution.reshape(-1, 3),
             self.viscosity * np.atleast_1d(found.zeta),
             found.result,
@@ -188,6 +198,7 @@ class StokesFlow:
             self.viscosity,
             None if self.background is None else self.undisturbed,
         )
+        return with_flux_judged(traction, self.budget.traction)
 
     def undisturbed(self, points: np.ndarray) -> np.ndarray:
         """Background velocity at points.
@@ -200,7 +211,9 @@ class StokesFlow:
         -------
         (n, 3) array
         """
-        return np.zeros(points.shape) if self.background is None else _at(self.background, points)
+        if self.background is None:
+            return np.zeros(points.shape)
+        return _at(self.background, points, "background")
 
     def _data(self, u: np.ndarray) -> np.ndarray:
         """Right-hand side for the velocity u at the points, ``(3 n_dofs,)``."""
@@ -215,30 +228,6 @@ def _orders(asked: QuadratureOrders, compression: str) -> QuadratureOrders:
     return replace(asked, outer=asked.source, far=0) if compression == "aca" else asked
 
 
-def _check(viscosity: float, ratio: float, background: Velocity | None) -> None:
-    if not viscosity > 0.0:
-        raise ValueError(f"viscosity must be positive, got {viscosity:g}")
-    if not (np.isfinite(ratio) and ratio >= 0.0):
-        raise ValueError(
-            f"viscosity_ratio must be finite and not negative, got {ratio:g}; it is outer over "
-            "inner viscosity"
-        )
-    if background is not None and ratio == 0.0:
-        raise ValueError(
-            "viscosity_ratio = 0 has no outer fluid that a background could move: leave the "
-            "background out, or give a positive ratio"
-        )
-    if background is not None and not callable(background) and np.shape(background) != (3,):
-        raise ValueError(
-            f"background: expected a callable or 3 numbers, got shape {np.shape(background)}"
-        )
-
-
-def _at(velocity: Velocity, points: np.ndarray) -> np.ndarray:
+def _at(velocity: Velocity, points: np.ndarray, name: str = "velocity") -> np.ndarray:
     """Checked velocities at points."""
-    u = np.asarray(velocity(points) if callable(velocity) else velocity, dtype=float)
-    if u.shape == (3,):
-        u = np.broadcast_to(u, points.shape)
-    if u.shape != points.shape or not np.all(np.isfinite(u)):
-        raise ValueError(f"expected finite velocities {points.shape}, got {u.shape}")
-    return u
+    return velocities(name, velocity(points) if callable(velocity) else velocity, points)

@@ -22,7 +22,7 @@ def drag(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
 def bodies() -> dict[str, tuple[SurfacePatches, np.ndarray]]:
     """A sphere, a flat ellipsoid and a flat bag with their configurations."""
     bag = round_bag(8, gap=0.05)
-    exact = {"sphere": sphere(6, 6), "ellipsoid": spheroid(6, 4, c=0.2, grading=0.5)}
+    exact = {"sphere": sphere(4, 5), "ellipsoid": spheroid(6, 4, c=0.2, grading=0.5)}
     return {
         **{k: (b, b.coefficients) for k, b in exact.items()},
         "bag": (bag.patches(), bag.coefficients),
@@ -88,7 +88,7 @@ def reordered(body: BezierPatches, seed: int) -> BezierPatches:
     )
 
 
-@pytest.mark.parametrize("compression", ["dense", "h2", "aca"])
+@pytest.mark.parametrize("compression", ["dense", "h2"])
 def test_numbering(compression):
     """What is compressed may differ by its own error."""
     body = spheroid(6, 4, c=0.4)

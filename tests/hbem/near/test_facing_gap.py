@@ -8,6 +8,7 @@ import pytest
 from cases.benchmarks.integrals.gaps import disc
 from cases.geometry.bodies import sphere, spheroid
 from cases.geometry.pillow import round_bag
+from hbem.flows.stokes_flow import StokesFlow
 from hbem.near.facing_gap import FacingGap, closest_facing
 from hbem.surfaces.patches import BezierPatches, union
 from hbem.surfaces.quadrature import QuadratureOrders
@@ -66,3 +67,21 @@ def test_a_convex_body_has_no_facing_walls_worth_a_name():
     body = spheroid(8, 8, c=0.7)
     found = closest_facing(sample(body, body.coefficients, QuadratureOrders()))
     assert found is None or found.distance > 1.2
+
+
+def test_spheres_graded_towards_the_contact():
+    """Rows of half the film's length; closing speed 2: lubrication gives 53.42 times 6 pi."""
+    gap, flip = 0.01, np.array([1.0, -1.0, -1.0])
+    below = sphere(12, 6, pole_row=0.05)
+    above = replace(below, coefficients=below.coefficients * flip + [0.0, 0.0, 2.0 + gap])
+    pair = union(below, above)
+    found = gap_of(pair)
+    assert found.distance == pytest.approx(gap, rel=1e-6)
+    assert np.all(found.element_size < found.film_length)
+    flow = StokesFlow(pair)
+    closing = np.where(flow.points[:, 2:] > 1.0 + 0.5 * gap, -1.0, 1.0) * [0.0, 0.0, 1.0]
+    force = flow.traction(closing).force()[:, 2] / (6.0 * np.pi)
+    lubrication = 0.5 / gap - 0.45 * np.log(gap) + 1.346
+    np.testing.assert_allclose(force, [lubrication, -lubrication], rtol=2e-3)
+    with pytest.raises(ValueError, match="pole_row must lie in"):
+        sphere(12, 6, pole_row=0.3)
