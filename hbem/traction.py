@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from .traction_error import TractionError
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,10 @@ class Traction:
         Krylov iterations, 0 for a direct solve.
     residual : float
         True relative residual of the linear system.
+    measure : callable, optional
+        ``measure(krylov, quadrature, mesh)`` estimates the error of this traction: a
+        `TractionError` with the Krylov share as given and those of quadrature and mesh where they
+        are asked for, which costs some assemblies. None where nothing can be measured.
     """
 
     coefficients: np.ndarray
@@ -33,3 +40,6 @@ class Traction:
     velocity_max: float = 0.0
     iterations: int = 0
     residual: float = 0.0
+    measure: Callable[[float, bool, bool], TractionError] | None = field(
+        default=None, repr=False, compare=False
+    )

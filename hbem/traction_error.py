@@ -29,9 +29,10 @@ class TractionError:
         Of the operator; NaN where it was not measured, 0 where there is none.
     krylov : float
         Of the linear iteration.
-    unresolved : str
-        Where the mesh is too coarse for any estimate, and what refinement would do; empty where
-        it resolves the gap.
+    resolved : bool
+        Whether elements are small enough against the film between walls for any estimate.
+    advice : str
+        Where the mesh's share is too large, and what refinement would do.
     """
 
     tolerance: float
@@ -39,7 +40,8 @@ class TractionError:
     quadrature: float
     compression: float
     krylov: float
-    unresolved: str = ""
+    resolved: bool = True
+    advice: str = ""
 
     @property
     def operator(self) -> float:
@@ -53,13 +55,13 @@ class TractionError:
 
     @property
     def verdict(self) -> Verdict:
-        """Met or missed by the sum; a share that is not known, or a mesh that is too coarse for
-        its own estimate, can only be told where the others miss the tolerance already.
+        """Met or missed by the sum; "cannot tell" where a share is not known, or the mesh too
+        coarse for its own estimate, and the rest is within the tolerance.
         """
         known = sum(e for e in (self.mesh, self.operator, self.krylov) if not math.isnan(e))
         if known > self.tolerance:
             return Verdict.MISSED
-        told = not self.unresolved and not math.isnan(self.total)
+        told = self.resolved and not math.isnan(self.total)
         return Verdict.MET if told else Verdict.CANNOT_TELL
 
     def describe(self) -> dict[str, float | str]:
@@ -76,7 +78,7 @@ class TractionError:
             "krylov": self.krylov,
             "total": self.total,
             "verdict": self.verdict.value,
-            "unresolved": self.unresolved,
+            "advice": self.advice,
         }
 
     def __str__(self) -> str:
@@ -84,9 +86,7 @@ class TractionError:
             f"mesh {_figure(self.mesh)}, quadrature and compression {_figure(self.operator)}, "
             f"Krylov {_figure(self.krylov)}: {_figure(self.total)} of {self.tolerance:g} asked"
         )
-        return f"{self.verdict.value}: {shares}" + (
-            f"; {self.unresolved}" if self.unresolved else ""
-        )
+        return f"{self.verdict.value}: {shares}" + (f"; {self.advice}" if self.advice else "")
 
 
 def _figure(value: float) -> str:

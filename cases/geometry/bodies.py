@@ -8,11 +8,10 @@ into one (``"merged"``, continuous), or two rings from three functions (``"c1"``
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.optimize import brentq
 from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
@@ -21,56 +20,11 @@ from hbem.surfaces.patches import BezierPatches
 from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 
+from .body_splines import LineSplines, chebyshev, density, pole_reduction
+
 DEGREE = 8
 FIT = 1e-9  # largest accepted geometry error, relative to the body
 Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True)
-class LineSplines:
-    """Uniform B-splines on [0, 1]: open, or periodic."""
-
-    n_elements: int
-    degree: int
-    periodic: bool
-
-    @property
-    def n(self) -> int:
-        return self.n_elements + (0 if self.periodic else self.degree)
-
-    @cached_property
-    def knots(self) -> np.ndarray:
-        n, p = self.n_elements, self.degree
-        if self.periodic:
-            return np.arange(-p, n + p + 1) / n
-        return np.concatenate([np.zeros(p), np.arange(n + 1) / n, np.ones(p)])
-
-    @cached_property
-    def dofs(self) -> np.ndarray:
-        """Functions of each element, ``(n_elements, degree + 1)``."""
-        raw = np.arange(self.n_elements)[:, None] + np.arange(self.degree + 1)
-        return raw % self.n
-
-    @cached_property
-    def extraction(self) -> np.ndarray:
-        """Functions in Bernstein form, ``(n_elements, degree + 1, degree + 1)``."""
-        p = self.degree
-        x = chebyshev(p)
-        points = (np.arange(self.n_elements)[:, None] + x) / self.n_elements
-        raw = BSpline(self.knots, np.eye(self.knots.size - p - 1), p)(points)
-        local = np.arange(self.n_elements)[:, None] + np.arange(p + 1)
-        values = np.take_along_axis(raw, local[:, None, :], axis=2)
-        tables = np.swapaxes(np.linalg.solve(bernstein(p, x), values), 1, 2)
-        return np.where(np.abs(tables) < 1e-14, 0.0, tables)
-
-    def greville_angle(self) -> np.ndarray:
-        """Angles of the control points of a periodic circle."""
-        return 2.0 * np.pi * (np.arange(self.n) - 0.5 * (self.degree - 1)) / self.n
-
-
-def chebyshev(degree: int) -> np.ndarray:
-    """Chebyshev points of the first kind on [0, 1], ``(degree + 1,)``."""
-    return 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
 
 
 def interpolate(shape: Shape, n_s: int, n_t: int) -> np.ndarray:
@@ -98,50 +52,6 @@ def _on_elements(shape: Shape, n_s: int, n_t: int, x: np.ndarray) -> np.ndarray:
     s = ((i[:, None] + x) / n_s)[:, :, None]
     t = ((j[:, None] + x) / n_t)[:, None, :]
     return shape(*np.broadcast_arrays(s, t))
-
-
-def pole_reduction(s: LineSplines, t: LineSplines, pole: str) -> csr_matrix:
-    """Tensor functions from dofs with both ends of s collapsed, ``(n_s n_t, n_dofs)``.
-
-    Raises
-    ------
-    ValueError
-        An unknown kind of pole.
-    """
-    if pole == "merged":
-        end, rings = np.ones((t.n, 1)), 1
-    elif pole == "c1":
-        corners = 2.0 * np.pi * np.arange(3) / 3.0
-        ring = (1.0 + np.cos(t.greville_angle()[:, None] - corners)) / 3.0
-        end, rings = np.concatenate([np.full((t.n, 3), 1.0 / 3.0), ring]), 2
-    else:
-        raise ValueError(f"pole must be 'merged' or 'c1', got {pole!r}")
-    k = end.shape[1]
-    inner = (s.n - 2 * rings) * t.n
-    full = np.zeros((s.n * t.n, inner + 2 * k))
-    full[rings * t.n : rings * t.n + inner, k : k + inner] = np.eye(inner)
-    for r in range(rings):
-        block = end[r * t.n : (r + 1) * t.n]
-        full[r * t.n : (r + 1) * t.n, :k] = block
-        full[(s.n - 1 - r) * t.n : (s.n - r) * t.n, k + inner :] = block
-    return csr_matrix(full)
-
-
-def density(
-    s: LineSplines, t: LineSplines, reduction: csr_matrix
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Density tables ``indptr, dofs, extraction`` of the reduced tensor functions."""
-    indptr, dofs, rows = [0], [], []
-    nb = (s.degree + 1) ** 2
-    for i in range(s.n_elements):
-        for j in range(t.n_elements):
-            tensor = np.einsum("ak,bl->abkl", s.extraction[i], t.extraction[j]).reshape(nb, nb)
-            local = reduction[(s.dofs[i][:, None] * t.n + t.dofs[j]).ravel()]
-            used = np.unique(local.indices)
-            dofs.append(used)
-            rows.append(local[:, used].T @ tensor)
-            indptr.append(indptr[-1] + used.size)
-    return np.array(indptr), np.concatenate(dofs), np.concatenate(rows)
 
 
 def _body(
@@ -229,26 +139,74 @@ def spheroid(
     degree: int = 2,
     pole: str = "merged",
     grading: float = 0.0,
+    pole_row: float | None = None,
 ) -> BezierPatches:
-    """Spheroid of radius a and half height c; ``grading`` in [0, 1) clusters elements at the rim.
+    """Spheroid of radius a and half height c.
 
-    Polar angle ``theta = x + grading / 2 sin 2x``, x uniform, from the upper pole down.
+    Parameters
+    ----------
+    n_s, n_t : int
+        Elements from the upper pole down, and around.
+    a, c : float
+    degree : int
+        Of the density.
+    pole : {"merged", "c1"}
+    grading : float
+        In [0, 1), clusters elements at the rim: polar angle ``theta = x + grading / 2 sin 2x``, x
+        uniform.
+    pole_row : float, optional
+        Angle of the first row of elements at the upper pole: rows grow geometrically from there to
+        the lower pole. A film of thickness g between bodies of radius R needs rows of about half
+        of ``sqrt(R g)``.
+
+    Raises
+    ------
+    ValueError
+        A row that is not positive or above the even one, or gradings at rim and pole at once.
     """
+    if pole_row is not None and (grading or not 0.0 < pole_row <= np.pi / n_s):
+        raise ValueError(
+            f"pole_row must lie in (0, pi / n_s = {np.pi / n_s:.3g}] without a grading at the rim, "
+            f"got {pole_row:g} and {grading:g}"
+        )
 
     def shape(s: np.ndarray, t: np.ndarray) -> np.ndarray:
         x, phi = np.pi * s, 2.0 * np.pi * t
         theta = x + 0.5 * grading * np.sin(2.0 * x)
+        if pole_row is not None:
+            theta = np.pi * _geometric(s, n_s, pole_row / np.pi)
         rho = a * np.sin(theta)
         return np.stack([rho * np.cos(phi), rho * np.sin(phi), c * np.cos(theta)], axis=-1)
 
     return closed_body(shape, n_s, n_t, degree=degree, pole=pole)
 
 
+def _geometric(s: np.ndarray, n: int, first: float) -> np.ndarray:
+    """A smooth map of [0, 1] to itself that grows like a geometric series: ``1 / n`` to first."""
+
+    def growth(rate: float) -> float:
+        return float(np.expm1(rate / n) / np.expm1(rate)) - first
+
+    if n * first >= 1.0 - 1e-9:
+        return s
+    rate = brentq(growth, 1e-9, 600.0)
+    return np.expm1(rate * s) / np.expm1(rate)
+
+
 def sphere(
-    n_s: int, n_t: int, *, radius: float = 1.0, degree: int = 2, pole: str = "merged"
+    n_s: int,
+    n_t: int,
+    *,
+    radius: float = 1.0,
+    degree: int = 2,
+    pole: str = "merged",
+    pole_row: float | None = None,
 ) -> BezierPatches:
-    """Sphere with n_s elements from pole to pole and n_t around."""
-    return spheroid(n_s, n_t, a=radius, c=radius, degree=degree, pole=pole)
+    """Sphere with n_s elements from pole to pole and n_t around.
+
+    ``pole_row`` is the angle of the first row at the upper pole, see `spheroid`; default even rows.
+    """
+    return spheroid(n_s, n_t, a=radius, c=radius, degree=degree, pole=pole, pole_row=pole_row)
 
 
 def torus(

@@ -1,8 +1,9 @@
 """Compiled sums of plain kernels between clusters of points, nothing stored.
 
 Targets of a cluster side by side, sources outermost: every inner loop is a vector operation.
-Positions are taken relative to the target cluster before they are rounded to the precision of
-the charges. Every target cluster writes its own values: results do not depend on threads.
+Single precision takes positions relative to the target cluster before it rounds them; double
+precision takes differences of the positions themselves. Every target cluster writes its own
+values: results do not depend on threads.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from numba import njit, prange
 
 from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
 
+SINGLE_TINY = 1e-24  # squared distance below which powers leave the range of single precision
 LANES = 16  # target counts are padded to multiples: no scalar tails
 
 
@@ -70,7 +72,8 @@ def cluster_sums(
         Its precision is the precision of the sums.
     """
     kind = charges.dtype.type
-    small = kind(tiny)
+    single = charges.itemsize == 4
+    small = kind(max(tiny, SINGLE_TINY) if single else tiny)
     scale = kind(OVER_8_PI)
     for c in prange(target_ptr.size - 1):
         first, m = target_ptr[c], target_ptr[c + 1] - target_ptr[c]
@@ -80,8 +83,9 @@ def cluster_sums(
             total = np.zeros((charges.shape[0], 3, padded), charges.dtype)
             centre = np.zeros(3)
             for i in range(3):
-                for t in range(m):
-                    centre[i] += targets[i, first + t] / m
+                if single:
+                    for t in range(m):
+                        centre[i] += targets[i, first + t] / m
                 for t in range(padded):
                     x[i, t] = targets[i, first + min(t, m - 1)] - centre[i]
             size = 0

@@ -180,3 +180,19 @@ def list_partners(pairs: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarr
     sort = np.lexsort((partner, owner))
     indptr = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n_nodes))])
     return indptr, partner[sort], number[sort]
+
+
+def refuse_above(limit: float | None, total: float, remedy: str) -> float:
+    """The forecast ``total`` in bytes.
+
+    Raises
+    ------
+    MemoryError
+        A forecast above the limit, with both numbers and the remedy.
+    """
+    if limit is not None and total > limit:
+        raise MemoryError(
+            f"the compressed operator would take about {total / 1e9:.2f} GB, {limit / 1e9:.2f} GB "
+            f"are allowed: raise the tolerance, or use compression = {remedy} (direct sums)"
+        )
+    return total

@@ -14,17 +14,15 @@ import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from . import _nested_basis_kernels as kernels
-from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners
+from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners, refuse_above
 from .nested_bases import ETA, Bases, nested_bases
 from .operator import (
     Compressed,
     Statistics,
     build_to_tolerance,
-    checked_basis,
     direct,
-    refuse_above,
 )
-from .point_kernel import PointKernel
+from .point_kernel import PointKernel, checked_basis
 
 SINGLE = 1e-4  # tolerances from here on: everything in single precision
 

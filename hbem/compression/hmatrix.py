@@ -15,18 +15,16 @@ import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from . import _near_block_kernels as block_kernels
-from .cluster_tree import BlockTree, ClusterTree, block_tree
+from .cluster_tree import BlockTree, ClusterTree, block_tree, refuse_above
 from .cross_approximation import ClusterPoints, approximate_blocks, cluster_points, item_tree
 from .far_field import FarField, far_field, leaf_pairs, leaf_ranges
 from .operator import (
     Compressed,
     Statistics,
     build_to_tolerance,
-    checked_basis,
     direct,
-    refuse_above,
 )
-from .point_kernel import PointKernel
+from .point_kernel import PointKernel, checked_basis
 
 SINGLE = 1e-5  # tolerances from here on: far field in single precision
 SINGLE_NEAR = 1e-4  # and from here on sums of the near field as well

@@ -1,15 +1,23 @@
-"""The point kernel that is compressed: ``G`` between points in scaled positions, summed exactly."""
+"""The point kernel that is compressed, ``G`` between points, summed exactly; densities on points.
+
+Differences of positions are taken of the points as given: centring them, or a scale that is no
+power of two, would round, and next to a point of a graded mesh rounding is all that is left.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csc_matrix, spmatrix
 
+from ..surfaces.configuration import REACH, real_array
 from . import _cluster_sum_kernels as kernels
 
-COINCIDENT = 1e-12  # distances below this fraction of the extent are the same point
+COINCIDENT = 1e-60  # of the extent: only equal positions are nearer, and powers stay numbers
+TEST_RANDOM = 2  # random densities of a measurement; the constant ones are the three axes
 GROUP = 64  # targets of a direct sum that share a sweep
 
 
@@ -17,7 +25,7 @@ GROUP = 64  # targets of a direct sum that share a sweep
 class PointKernel:
     """Plain kernel ``G = (I/r + r r/r^3)/8 pi``, or the double layer if normals are given.
 
-    Positions are centred and scaled by their extent, so that thresholds have no units.
+    Positions are scaled by a power of two near their extent, so that thresholds have no units.
 
     Parameters
     ----------
@@ -30,7 +38,8 @@ class PointKernel:
     Raises
     ------
     ValueError
-        Wrong shapes or values that are not finite.
+        Wrong shapes, values that are complex or not finite, or an extent beyond the reach of double
+        precision.
     """
 
     points: np.ndarray
@@ -42,14 +51,17 @@ class PointKernel:
             values = getattr(self, name)
             if values is None:
                 continue
-            values = np.ascontiguousarray(values, dtype=float)
+            values = np.ascontiguousarray(real_array(name, values))
             object.__setattr__(self, name, values)
             if values.ndim != 2 or values.shape[1] != 3 or not values.size:
                 raise ValueError(f"{name} must be (n, 3), n > 0, got {values.shape}")
-            if not np.isfinite(values).all():
-                raise ValueError(f"{name} are not finite")
         if self.normals is not None and self.normals.shape != self.points.shape:
             raise ValueError(f"{self.normals.shape[0]} normals for {self.n} points")
+        if not REACH[0] <= self.extent <= REACH[1]:
+            raise ValueError(
+                f"the points extend over {self.extent:.3g}: beyond double precision's reach "
+                f"({REACH[0]:g} to {REACH[1]:g}); choose another unit of length"
+            )
 
     @property
     def n(self) -> int:
@@ -57,13 +69,14 @@ class PointKernel:
 
     @cached_property
     def extent(self) -> float:
-        return float(np.linalg.norm(np.ptp(self.points, axis=0))) or 1.0
+        """The power of two above the largest extent of the points along an axis; 1 of one point."""
+        largest = float(np.ptp(self.points, axis=0).max())
+        return float(np.ldexp(1.0, np.frexp(largest)[1])) if largest > 0.0 else 1.0
 
     @cached_property
     def scaled(self) -> np.ndarray:
-        """Positions ``(3, n)``, centred, extent one."""
-        middle = 0.5 * (self.points.max(axis=0) + self.points.min(axis=0))
-        return np.ascontiguousarray(((self.points - middle) / self.extent).T)
+        """Positions ``(3, n)`` over the extent, without rounding."""
+        return np.ascontiguousarray(self.points.T / self.extent)
 
     @cached_property
     def scaled_normals(self) -> np.ndarray:
@@ -74,6 +87,11 @@ class PointKernel:
     def factor(self) -> float:
         """Kernel in true units over kernel in scaled ones."""
         return self.extent ** (-1.0 if self.normals is None else -2.0)
+
+    def with_axes(self, axes: Sequence[int]) -> PointKernel:
+        """The same kernel with the axes of coordinates in another order."""
+        normals = None if self.normals is None else self.normals[:, axes]
+        return replace(self, points=self.points[:, axes], normals=normals)
 
     def ordered(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Scaled positions ``(3, n)`` and normals, ``(3, n)`` or ``(3, 0)``, in some order."""
@@ -115,3 +133,39 @@ class PointKernel:
             out,
         )
         return out
+
+
+def components_first(x: np.ndarray) -> np.ndarray:
+    """Densities ``(n, 3, k)`` as ``(k, 3, n)``."""
+    if np.iscomplexobj(x):
+        raise ValueError("complex densities: multiply by real and imaginary part apart")
+    return np.ascontiguousarray(np.moveaxis(x, 2, 0).swapaxes(1, 2), dtype=float)
+
+
+def multiply_components(matrix: spmatrix, x: np.ndarray) -> np.ndarray:
+    """Sparse ``matrix (m, n)`` times ``x (k, 3, n)``: ``(k, 3, m)``."""
+    flat = matrix @ x.reshape(-1, x.shape[-1]).T
+    return np.ascontiguousarray(flat.T).reshape(*x.shape[:2], -1)
+
+
+def checked_basis(basis: spmatrix, kernel: PointKernel) -> csc_matrix:
+    """Weighted functions as sorted columns.
+
+    Raises
+    ------
+    ValueError
+        Rows that are not the kernel's points, or functions without points.
+    """
+    basis = csc_matrix(basis)
+    if basis.shape[0] != kernel.n:
+        raise ValueError(f"basis has {basis.shape[0]} rows for {kernel.n} points")
+    if (np.diff(basis.indptr) == 0).any():
+        raise ValueError("basis has functions without points")
+    basis.sort_indices()
+    return basis
+
+
+def probe_densities(n: int, seed: int) -> np.ndarray:
+    """Random densities, then the three constant ones, ``(n, 3, TEST_RANDOM + 3)``."""
+    random = np.random.default_rng(seed).standard_normal((n, 3, TEST_RANDOM))
+    return np.concatenate([random, np.tile(np.eye(3), (n, 1, 1))], axis=2)

@@ -7,8 +7,8 @@ load on it; Psi evaluates velocities at the outer points, S is the saddle system
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
@@ -16,9 +16,11 @@ from scipy.sparse.linalg import LinearOperator
 
 from ..layers.layer import SingleLayer
 from ..solvers.saddle import DenseSaddle
-from ..solvers.saddle_system import SaddleSolution
+from ..solvers.saddle_system import Builder, MassPreconditioner, SaddleSolution
+from ..surfaces.configuration import real_array
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
+from .admissible import velocities
 from .enclosed_problem import EnclosedProblem
 from .formulation import JumpFormulation
 
@@ -33,11 +35,17 @@ class EnclosedOperator:
     formulation : JumpFormulation
     on_solve : callable
         Receives the `SaddleSolution` of every traction.
+    tolerance : float
+        Error asked of the traction, which measured errors are compared with.
+    preconditioner : callable, optional
+        Of GMRES in the larger space that measures the mesh's share; default that of fat bodies.
     """
 
     problem: EnclosedProblem
     formulation: JumpFormulation
     on_solve: Callable[[SaddleSolution], None]
+    tolerance: float = np.inf
+    preconditioner: Builder = MassPreconditioner
 
     @property
     def layer(self) -> SingleLayer:
@@ -76,7 +84,7 @@ class EnclosedOperator:
         values = np.zeros_like(outer.points)
         if self.problem.profile is None:
             return values
-        profile = np.asarray(self.problem.profile(outer.points[inside]), dtype=float)
+        profile = real_array("inflow profile", self.problem.profile(outer.points[inside]))
         total = outer.weights[inside] @ profile
         if not total > 0.0:
             raise ValueError(f"the inflow profile integrates to {total:.3g}, expected > 0")
@@ -102,11 +110,12 @@ class EnclosedOperator:
         Raises
         ------
         ValueError
-            A velocity of the wrong shape.
+            A velocity of the wrong shape, complex or not finite.
         """
         expected = (self.problem.patches.n_coefficients, 3)
-        if np.shape(velocity) != expected:
-            raise ValueError(f"expected velocity {expected}, got {np.shape(velocity)}")
+        velocity = real_array("velocity", velocity)
+        if velocity.shape != expected:
+            raise ValueError(f"expected velocity {expected}, got {velocity.shape}")
         solved = self.solve(self.linear_data(velocity) - self._background_data)
         return Traction(
             solved.solution.reshape(-1, 3),
@@ -115,12 +124,51 @@ class EnclosedOperator:
             float(np.linalg.norm(self.boundary_velocity(velocity), axis=1).max()),
             iterations=solved.iterations,
             residual=solved.residual,
+            measure=partial(self._measure, velocity, solved),
         )
+
+    def _measure(
+        self,
+        velocity: np.ndarray,
+        solved: SaddleSolution,
+        krylov: float,
+        quadrature: bool,
+        mesh: bool,
+    ) -> TractionError:
+        """Estimated error of a traction, see `Traction.measure`; nothing is corrected.
+
+        The structure was solved with this operator, so its error is that of the step.
+        """
+        made = self.formulation
+        solver = MeasuredSolve(made, self.tolerance)
+        tested = self._tested(velocity).ravel()
+        background = 0.0
+        if self.problem.background is not None:
+            background = self._background_data / self.problem.viscosity_ratio
+        measured = solver.correct(solved, tested, background, quadrature=quadrature, rounds=1)
+        error = solver.error(measured, krylov, corrected=False)
+        if not mesh:
+            return error
+        larger = LargerSpace(solver.finest, self.preconditioner)
+        there = EnclosedOperator(self.problem, larger.formulation, self.on_solve)
+        undisturbed = None
+        if self.problem.background is not None:
+            undisturbed = self.problem.background(there.surface.outer.points)
+        share = larger.share(
+            measured.solved.solution,
+            measured.solved.zeta,
+            there.boundary_velocity(velocity),
+            undisturbed,
+        )
+        return replace(error, mesh=share.error, advice=share.advice(self.surface, self.tolerance))
+
+    def _tested(self, velocity: np.ndarray) -> np.ndarray:
+        """Tested boundary velocity, ``(n_dofs, 3)``."""
+        return self.coupling @ velocity + self.flux(velocity) * self.influx_data
 
     def linear_data(self, velocity: np.ndarray) -> np.ndarray:
         """Right-hand side without background, ``(3 n_dofs,)``."""
-        tested = self.coupling @ velocity + self.flux(velocity) * self.influx_data
-        return self.formulation.data(tested.ravel())
+        return self.formulation.data(self._tested(velocity).ravel())
 
     @cached_property
     def _background_data(self) -> np.ndarray:
@@ -128,12 +176,13 @@ class EnclosedOperator:
         problem = self.problem
         if problem.background is None:
             return np.zeros(3 * problem.patches.n_dofs)
-        velocity = np.asarray(problem.background(self.surface.outer.points), dtype=float)
+        points = self.surface.outer.points
+        velocity = velocities("background", problem.background(points), points)
         return problem.viscosity_ratio * self.surface.project(velocity).ravel()
 
     def solve(self, data: np.ndarray) -> SaddleSolution:
         """Traction jump for a right-hand side ``(3 n_dofs,)``."""
-        solved = self.formulation.solve(data)
+        solved = self.formulation.system.solve(data)
         self.on_solve(solved)
         return solved
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..surfaces.patches import SurfacePatches
+from .admissible import check_viscosities
 
 Profile = Callable[[np.ndarray], np.ndarray]
 Velocity = Callable[[np.ndarray], np.ndarray]
@@ -41,12 +42,9 @@ class EnclosedProblem:
     def __post_init__(self) -> None:
         inflow = np.asarray(self.inflow, dtype=bool)
         object.__setattr__(self, "inflow", inflow)
-        if not (np.isfinite(self.viscosity_ratio) and self.viscosity_ratio >= 0.0):
-            raise ValueError(
-                f"viscosity_ratio must be finite and not negative, got {self.viscosity_ratio}"
-            )
-        if not self.mass_ratio > 0.0:
-            raise ValueError(f"mass_ratio must be positive, got {self.mass_ratio}")
+        check_viscosities(1.0, self.viscosity_ratio, background=self.background is not None)
+        if np.iscomplexobj(self.mass_ratio) or not 0.0 < self.mass_ratio < np.inf:
+            raise ValueError(f"mass_ratio must be finite and positive, got {self.mass_ratio}")
         if inflow.shape != (self.patches.n_elements,):
             raise ValueError(
                 f"inflow must mark {self.patches.n_elements} elements, got shape {inflow.shape}"
@@ -57,5 +55,3 @@ class EnclosedProblem:
             raise ValueError(
                 "an inlet needs a profile, a membrane without inlet takes profile = None"
             )
-        if self.background is not None and self.viscosity_ratio == 0.0:
-            raise ValueError("a background needs an outer fluid: viscosity_ratio above 0")

@@ -16,9 +16,11 @@ import numpy as np
 from ..near.closest_point import NearPairs, near_pairs
 from ..near.near_field import FULL
 from ..surfaces.bernstein import tensor_bernstein
+from ..surfaces.configuration import real_array
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import SampledSurface
 from . import _field_kernels as kernels
+from .admissible import check_viscosities, velocities
 
 WALL = 1e-6  # relative distance below which a point is on the wall
 RULE = (8.0, 2.6)  # nodes on each side of the closest point: 8 + 2.6 ln(h / d)
@@ -37,7 +39,8 @@ class FlowField:
         ``-p I + mu (grad u + grad u^T)``.
     inside : (n,) bool array
     angle : (n,) array
-        Solid angle over 4 pi; its distance from 0 or 1 is the error of the quadrature there.
+        Solid angle over 4 pi: 1 inside, 0 outside, n inside n nested bodies; its distance from the
+        next whole number is the error of the quadrature there.
     wall : (n,) bool array
         Points on the wall (within 1e-6 of an element): the velocity is the wall's, pressure and
         stress are NaN, as they jump there.
@@ -88,22 +91,21 @@ def flow_field(
     ValueError
         Arrays of the wrong shape, points not finite, or a velocity that is missing.
     """
-    points = np.ascontiguousarray(points, dtype=float)
+    points = np.ascontiguousarray(real_array("points", points))
     _check(surface, traction, points, velocity, viscosity_ratio)
     double = viscosity_ratio - 1.0
     velocity = np.zeros_like(traction) if velocity is None else velocity
     density = _local(surface, np.concatenate([traction, velocity], axis=1))
     owners = np.full(points.shape[0], -1)
     ball = (orders or QuadratureOrders()).near_ball
-    pairs = near_pairs(surface, points, owners, ball)
+    pairs = near_pairs(surface, points - surface.origin, owners, ball)
     nearest, values = _nearest(surface, pairs, density)
     walls = np.where(nearest[:, None] < np.inf, values[:, 3:], 0.0)
     out = _sums(surface, pairs, density, double, walls)
     angle = out[:, kernels.ANGLE]
-    inside = angle > 0.5
-    if double != 0.0:
-        out[inside, :3] -= double * walls[inside]
-    return _field_of(out, inside, nearest < WALL, walls, viscosity_ratio, points, background)
+    depth = np.rint(angle)
+    out[:, :3] -= double * depth[:, None] * walls
+    return _field_of(out, depth, nearest < WALL, walls, viscosity_ratio, points, background)
 
 
 def _check(
@@ -115,12 +117,11 @@ def _check(
 ) -> None:
     shape = (surface.patches.n_dofs, 3)
     for name, array in (("traction", traction), ("velocity", velocity)):
-        if array is not None and np.shape(array) != shape:
+        if array is not None and real_array(name, array).shape != shape:
             raise ValueError(f"{name}: expected coefficients {shape}, got {np.shape(array)}")
-    if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
+    if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points: expected finite values (n, 3), got shape {points.shape}")
-    if viscosity_ratio < 0.0:
-        raise ValueError(f"viscosity_ratio must not be negative, got {viscosity_ratio:g}")
+    check_viscosities(1.0, viscosity_ratio, background=False)
     if viscosity_ratio != 1.0 and velocity is None:
         raise ValueError(
             f"viscosity_ratio = {viscosity_ratio:g} needs the double layer: give the velocity of "
@@ -169,7 +170,7 @@ def _sums(
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
     kernels.fields(
         pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.closest.rows,
-        surface.pieces.boxes, surface.control, density, source.points.reshape(n, -1, 3),
+        surface.pieces.boxes, surface.control, density, source.offsets.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,
     )  # fmt: skip
@@ -178,21 +179,21 @@ def _sums(
 
 def _field_of(
     out: np.ndarray,
-    inside: np.ndarray,
+    depth: np.ndarray,
     wall: np.ndarray,
     walls: np.ndarray,
     ratio: float,
     points: np.ndarray,
     background: Callable[[np.ndarray], np.ndarray] | None,
 ) -> FlowField:
-    velocity = out[:, :3]
+    velocity, inside = out[:, :3], depth > 0.5
     if background is not None:
-        velocity = velocity + ratio * np.asarray(background(points), dtype=float)
+        velocity = velocity + ratio * velocities("background", background(points), points)
     pressure, stress = out[:, kernels.PRESSURE], out[:, kernels.STRESS : kernels.ANGLE]
     if ratio != 1.0:
+        viscosity = ratio + (1.0 - ratio) * depth
         # no fluid outside: no flow to speak of
-        factor = 1.0 / ratio if ratio > 0.0 else np.nan
-        velocity = np.where(inside[:, None], velocity, factor * velocity)
+        velocity = velocity / np.where(viscosity > 0.0, viscosity, np.nan)[:, None]
         if ratio == 0.0:
             pressure = np.where(inside, pressure, np.nan)
             stress = np.where(inside[:, None], stress, np.nan)

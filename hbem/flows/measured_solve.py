@@ -83,10 +83,30 @@ class MeasuredSolve:
         -------
         Measured
         """
+        solved = self.formulation.system.solve(self.formulation.data(tested, background))
+        return self.correct(
+            solved, tested, background, compression=compression, quadrature=quadrature
+        )
+
+    def correct(
+        self,
+        solved: SaddleSolution,
+        tested: np.ndarray,
+        background: np.ndarray | float = 0.0,
+        *,
+        compression: bool = True,
+        quadrature: bool = True,
+        rounds: int = RULES,
+    ) -> Measured:
+        """Correct a solution of the formulation; the parameters are those of `solve`.
+
+        ``rounds`` bounds the corrections of each kind: of one, their size is what is wanted.
+        """
         made = self.formulation
         data = made.data(tested, background)
         scale = float(np.linalg.norm(data))
-        solved = made.system.solve(data)
+        if scale == 0.0:
+            return Measured(solved, (), (0.0,) if quadrature else ())
         compressed: tuple[float, ...] = ()
         if compression and isinstance(made.layer, CompressedSingleLayer):
             refined = refine(
@@ -95,7 +115,7 @@ class MeasuredSolve:
             )  # fmt: skip
             solved, compressed = refined.solved, refined.estimates
         found: list[float] = []
-        while quadrature and len(found) < RULES:
+        while quadrature and len(found) < rounds:
             fine = self.finer(len(found))
             against = self._residual(fine.data(tested, background), fine.layer)
             refined = refine(made.system, against, solved, scale, self.size, np.inf)
@@ -106,29 +126,41 @@ class MeasuredSolve:
                 break
         return Measured(solved, compressed, tuple(found))
 
-    def error(self, measured: Measured, krylov: float, mesh: float = np.nan) -> TractionError:
-        """What was measured as the shares of a traction error.
+    def error(
+        self, measured: Measured, krylov: float, *, corrected: bool = True
+    ) -> TractionError:
+        """What was measured, as the shares of a traction error; that of the mesh is not known.
 
         Parameters
         ----------
         measured : Measured
         krylov : float
-            Of the first solve, where nothing was corrected.
-        mesh : float
-            Share of the discretisation.
+            Of the first solve.
+        corrected : bool
+            Whether the corrections were taken; else the errors are those before them.
 
         Returns
         -------
         TractionError
         """
-        made, m = self.formulation, measured
-        compression = remaining(m.compression) if m.compression else np.nan
-        if not isinstance(made.layer, CompressedSingleLayer):
-            compression = 0.0
-        quadrature = remaining(m.quadrature) if m.quadrature else np.nan
+        m = measured
+
+        def share(estimates: tuple[float, ...]) -> float:
+            if not estimates:
+                return np.nan
+            return remaining(estimates) if corrected else estimates[0]
+
+        compressed = isinstance(self.formulation.layer, CompressedSingleLayer)
         last = (*m.compression, *m.quadrature)[-1:]
-        left = INNER * last[0] if last and m.solved.iterations else krylov
-        return TractionError(self.tolerance, mesh, quadrature, compression, left)
+        if corrected and last and m.solved.iterations:
+            krylov = INNER * last[0]
+        return TractionError(
+            self.tolerance,
+            np.nan,
+            share(m.quadrature),
+            share(m.compression) if compressed else 0.0,
+            krylov,
+        )
 
     def size(self, density: np.ndarray) -> float:
         """L2 norm on the surface of a density ``(3 n_dofs,)``."""
@@ -144,12 +176,17 @@ class MeasuredSolve:
             self._sharp = self._exactly(layer, layer)
         return self._sharp
 
+    @property
+    def finest(self) -> JumpFormulation:
+        """The formulation with the finest rule that was needed so far."""
+        return self._finer[-1] if self._finer else self.formulation
+
     def finer(self, level: int) -> JumpFormulation:
         """The formulation with the rule ``level + 1`` times finer."""
         while len(self._finer) <= level:
             before = self._finer[-1] if self._finer else self.formulation
             orders = before.orders.finer()
-            surface = before.surface.with_source(orders)
+            surface = before.surface.with_points(orders)
             layer: SingleLayer = single_layer_on(surface, orders, storage="direct")
             if isinstance(self.formulation.layer, CompressedSingleLayer):
                 layer = self._exactly(self.formulation.layer, layer)

@@ -8,151 +8,211 @@ resolves the flow, and far above 1 in gaps that it does not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..layers.choice import choose
 from ..layers.single_layer import single_layer_on
+from ..near.facing_gap import FacingGap
 from ..solvers.refinement import INNER
 from ..solvers.saddle import DENSE_LIMIT
 from ..solvers.saddle_system import Builder
 from ..surfaces.bernstein import tensor_bernstein
-from ..surfaces.patches import BezierPatches
-from ..surfaces.quadrature import QuadratureOrders
-from ..surfaces.surface_points import PointSet, SampledSurface, point_set
+from ..surfaces.patches import BezierPatches, SurfacePatches
+from ..surfaces.surface_points import PointSet, SampledSurface
 from .formulation import JumpFormulation
 
 MATRIX = 1e-4  # compression of the larger operator: enough for one digit of its correction
+PRODUCTS = 20  # with it, preconditioner included
+
+
+RESOLVED = 2.0  # film lengths an element may have where the estimate still serves
+RESOLVING = 0.7  # film lengths an element has where it resolves the film
+
+
+def film_ratio(gap: FacingGap | None) -> float:
+    """Element size over the length of the film in a gap; 0 where no walls face each other."""
+    if gap is None or not np.isfinite(gap.film_length):
+        return 0.0
+    return float(gap.element_size.max() / gap.film_length)
+
+
+def film_advice(gap: FacingGap) -> str:
+    """Where a mesh is too coarse for the film in a gap, and what would do."""
+    a, b = gap.elements
+    return (
+        f"elements {a} and {b} near {_place(gap.points.mean(axis=0))} are {film_ratio(gap):.2g} "
+        f"film lengths sqrt(gap R) = {gap.film_length:.2g} long at a gap of {gap.distance:.2g}: "
+        f"refine them there to {RESOLVING * gap.film_length:.2g}"
+    )
 
 
 @dataclass(frozen=True)
 class MeshShare:
-    """Discretisation error of one element after the other.
+    """Discretisation error of a solution.
 
     Attributes
     ----------
     error : float
         L2 norm of what the larger space adds, over that of the traction.
     elements : (n_elements,) array
-        The same of each element: their squares add up.
+        The same of each element; their squares add up to that of ``error``.
     iterations : int
-        Of its linear solve.
+        Of the linear solve.
     """
 
     error: float
     elements: np.ndarray
     iterations: int
 
-    @property
-    def worst(self) -> int:
-        """Element with the largest share."""
-        return int(np.argmax(self.elements))
+    def advice(self, surface: SampledSurface, tolerance: float) -> str:
+        """Where the share is largest and what refinement would do; empty within the tolerance.
+
+        Errors of degree p go with the power p + 1 of the size of elements.
+        """
+        if self.error <= tolerance:
+            return ""
+        e = int(np.argmax(self.elements))
+        times = (self.error / tolerance) ** (1.0 / (surface.patches.density_degree + 1))
+        return (
+            f"the mesh's share is largest on element {e} near "
+            f"{_place(surface.centres[e] + surface.outer.origin)}: elements about {times:.1f} "
+            "times smaller there would meet the tolerance"
+        )
 
 
-def mesh_share(
-    formulation: JumpFormulation,
-    density: np.ndarray,
-    zeta: np.ndarray | float,
-    velocity: Callable[[PointSet], np.ndarray],
-    background: Callable[[PointSet], np.ndarray] | None,
-    preconditioner: Builder,
-) -> MeshShare:
-    """Estimate the discretisation error of a solution.
+@dataclass(frozen=True)
+class LargerSpace:
+    """A formulation with the polynomials of each element by itself as densities.
 
     Parameters
     ----------
-    formulation : JumpFormulation
-        With the orders that the solution was corrected to.
-    density : (3 n_dofs,) array
-        Solution, in units of the interior viscosity.
-    zeta : float or (n_components,) array
-        Its multipliers.
-    velocity, background : callable
-        Boundary and undisturbed velocity at points of the surface, ``(n_points, 3)``.
+    base : JumpFormulation
+        With the orders that its solutions were corrected to.
     preconditioner : callable
         Of GMRES in the larger space, where LU is too dear.
-
-    Returns
-    -------
-    MeshShare
     """
-    larger = _larger(formulation, preconditioner)
-    surface = larger.surface
-    start = injection(formulation.surface.patches, surface.patches.density_degree)
-    injected = (start @ density.reshape(-1, 3)).ravel()
-    tested = surface.project(velocity(surface.outer)).ravel()
-    undisturbed: np.ndarray | float = 0.0
-    if background is not None:
-        undisturbed = surface.project(background(surface.outer)).ravel()
-    system = larger.system
-    residual = larger.data(tested, undisturbed) - larger.layer @ injected
-    residual = residual - system.system.multiplied(zeta)
-    found = system.correction(residual, injected, INNER)
-    d = found.solution.reshape(-1, 3)
-    own = np.sum(surface.basis @ injected.reshape(-1, 3) * 1.0, axis=1) if False else None
-    values = surface.basis @ d
-    squares = np.sum(values * values, axis=1) * surface.outer.weights
-    squares = squares.reshape(surface.patches.n_elements, -1).sum(axis=1)
-    t = surface.basis @ injected.reshape(-1, 3)
-    size = np.sqrt(np.sum(t * t, axis=1) @ surface.outer.weights)
-    parts = np.sqrt(squares) / max(size, 1e-300)
-    return MeshShare(float(np.sqrt(np.sum(parts**2))), parts, found.iterations)
+
+    base: JumpFormulation
+    preconditioner: Builder
+
+    @staticmethod
+    def unknowns(surface: SampledSurface) -> int:
+        """Unknowns of the larger space on a surface."""
+        return 3 * surface.patches.n_elements * (surface.patches.density_degree + 1) ** 2
+
+    @cached_property
+    def formulation(self) -> JumpFormulation:
+        """Operators and linear system of the larger space."""
+        made = self.base
+        patches = made.surface.patches
+        degree = patches.density_degree
+        orders = replace(
+            made.orders, outer=max(made.orders.outer, degree + 1), far=made.orders.source
+        )
+        surface = replace(made.surface, patches=broken(patches)).with_points(orders)
+        compression = choose(
+            "auto",
+            {"h2": MATRIX},
+            n_dofs=surface.patches.n_dofs,
+            n_outer=surface.outer.weights.size,
+            n_source=surface.source.weights.size,
+            products=PRODUCTS,
+        )
+        components = made.components
+        if components is not None:
+            components = np.repeat(components[patches.dofs[patches.indptr[:-1]]], (degree + 1) ** 2)
+        return replace(
+            made,
+            layer=single_layer_on(surface, orders, compression=compression),
+            orders=orders,
+            preconditioner=self.preconditioner,
+            dense_limit=DENSE_LIMIT,
+            components=components,
+        )
+
+    @cached_property
+    def injection(self) -> csr_matrix:
+        """Densities of the base in the larger space, ``(n_larger, n_dofs)``."""
+        patches = self.base.surface.patches
+        count = patches.extraction.shape[1]
+        element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
+        rows = element[:, None] * count + np.arange(count)
+        columns = np.broadcast_to(patches.dofs[:, None], rows.shape)
+        shape = (patches.n_elements * count, patches.n_dofs)
+        entries = (patches.extraction.ravel(), (rows.ravel(), columns.ravel()))
+        return csr_matrix(entries, shape=shape)
+
+    def share(
+        self,
+        density: np.ndarray,
+        zeta: np.ndarray | float,
+        velocity: np.ndarray,
+        background: np.ndarray | None = None,
+    ) -> MeshShare:
+        """Estimate the discretisation error of a solution of the base.
+
+        Parameters
+        ----------
+        density : (3 n_dofs,) array
+            Per interior viscosity.
+        zeta : float or (n_components,) array
+            Its multipliers.
+        velocity, background : (n_points, 3) array
+            Boundary and undisturbed velocity at the outer points of the larger formulation.
+
+        Returns
+        -------
+        MeshShare
+        """
+        made = self.formulation
+        surface, system = made.surface, made.system
+        start = self.injection @ density.reshape(-1, 3)
+        tested = surface.project(velocity).ravel()
+        undisturbed = 0.0 if background is None else surface.project(background).ravel()
+        residual = made.data(tested, undisturbed) - made.layer @ start.ravel()
+        residual -= system.system.multiplied(zeta)
+        found = system.correction(residual, start.ravel(), INNER)
+        weights = surface.outer.weights
+
+        def squares(values: np.ndarray) -> np.ndarray:
+            at = surface.basis @ values
+            per_point = np.sum(at * at, axis=1) * weights
+            return per_point.reshape(surface.patches.n_elements, -1).sum(axis=1)
+
+        size = max(float(np.sqrt(squares(start).sum())), 1e-300)
+        elements = np.sqrt(squares(found.solution.reshape(-1, 3))) / size
+        return MeshShare(float(np.linalg.norm(elements)), elements, found.iterations)
 
 
-def _larger(made: JumpFormulation, preconditioner: Builder) -> JumpFormulation:
-    """The same formulation with the polynomials of each element by itself as densities."""
-    base, degree = made.surface, made.surface.patches.density_degree
-    patches = broken(base.patches, degree)
-    orders = replace(made.orders, outer=max(made.orders.outer, degree + 1), far=made.orders.source)
-    surface = replace(base, patches=patches)
-    if orders.outer != made.orders.outer:
-        surface = replace(surface, outer=point_set(base.control, orders.outer))
-        surface = surface.with_source(orders)
-    compression = choose(
-        "auto",
-        {"h2": MATRIX},
-        n_dofs=patches.n_dofs,
-        n_outer=surface.outer.weights.size,
-        n_source=surface.source.weights.size,
-        products=20,
+def resampled(values: np.ndarray, old: PointSet, new: PointSet) -> np.ndarray:
+    """Values ``(n_points, 3)`` at other points of the same elements, by interpolation on each."""
+    if old.per_element == new.per_element:
+        return values
+    degree = round(old.per_element**0.5) - 1
+    table = tensor_bernstein(degree, new.s, new.t) @ np.linalg.inv(
+        tensor_bernstein(degree, old.s, old.t)
     )
-    layer = single_layer_on(surface, orders, compression=compression)
-    components = made.components
-    if components is not None:
-        first = base.patches.dofs[base.patches.indptr[:-1]]
-        components = np.repeat(components[first], (degree + 1) ** 2)
-    return replace(
-        made,
-        layer=layer,
-        orders=orders,
-        preconditioner=preconditioner,
-        dense_limit=DENSE_LIMIT,
-        components=components,
-    )
+    return (table @ values.reshape(-1, old.per_element, 3)).reshape(-1, 3)
 
 
-def broken(patches: BezierPatches, degree: int) -> BezierPatches:
-    """The same elements with all polynomials of a degree on each, discontinuous."""
-    n, count = patches.n_elements, (degree + 1) ** 2
+def _place(point: np.ndarray) -> str:
+    small = 1e-9 * np.abs(point).max()
+    return "(" + ", ".join(f"{x if abs(x) > small else 0.0:.3g}" for x in point) + ")"
+
+
+def broken(patches: SurfacePatches) -> BezierPatches:
+    """The same elements with all polynomials of the density's degree on each, discontinuous."""
+    n, count = patches.n_elements, (patches.density_degree + 1) ** 2
     return BezierPatches(
         n * count,
         patches.geometry_degree,
-        degree,
+        patches.density_degree,
         count * np.arange(n + 1),
         np.arange(n * count),
         np.tile(np.eye(count), (n, 1)),
         patches.bezier,
     )
-
-
-def injection(patches: BezierPatches, degree: int) -> csr_matrix:
-    """Densities of a surface as discontinuous polynomials, ``(n_elements (p + 1)^2, n_dofs)``."""
-    count = (degree + 1) ** 2
-    element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
-    rows = element[:, None] * count + np.arange(count)
-    columns = np.broadcast_to(patches.dofs[:, None], rows.shape)
-    shape = (patches.n_elements * count, patches.n_dofs)
-    return csr_matrix((patches.extraction.ravel(), (rows.ravel(), columns.ravel())), shape=shape)

@@ -19,6 +19,7 @@ import numpy as np
 from ..accuracy import Budget, budget
 from ..layers.choice import STORED_LIMIT, choose
 from ..layers.single_layer import single_layer_on
+from ..near.facing_gap import closest_facing
 from ..solvers.saddle import DENSE_LIMIT
 from ..solvers.saddle_system import MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
@@ -27,13 +28,17 @@ from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
-from ..traction_error import Verdict
+from ..traction_error import TractionError, Verdict
+from .admissible import check_bodies, check_viscosities, velocities
 from .formulation import JumpFormulation
-from .measured_solve import MeasuredSolve
-from .surface_traction import SurfaceTraction
+from .measured_solve import Measured, MeasuredSolve
+from .mesh_share import RESOLVED, LargerSpace, film_advice, film_ratio, resampled
+from .surface_traction import SurfaceTraction, with_flux_judged
 
 logger = logging.getLogger(__name__)
 FIRST_SOLVE = 1e-3  # relative residual of a solve that is corrected
+MEASURES = ("auto", "all", "operator", "none")
+LARGER_LIMIT = 12_000  # unknowns of the larger space up to which the mesh's share costs little
 Velocity = Callable[[np.ndarray], np.ndarray] | np.ndarray
 
 
@@ -47,8 +52,9 @@ class StokesFlow:
     coefficients : (n_coefficients, 3) array, optional
         Configuration; default that of the patches.
     tolerance : float
-        Relative traction error allowed to quadrature, compression and Krylov iteration, beside
-        that of the mesh. A gap too thin for it gives a warning, in ``budget.warnings`` and the log.
+        Relative traction error in the L2 norm. Quadrature, compression and Krylov iteration are
+        driven below it; the mesh is the caller's, and its share is measured. Every traction
+        tells all three and the verdict in its ``error``; what is missed is logged.
     viscosity : float
         Of the fluid inside.
     viscosity_ratio : float
@@ -61,10 +67,12 @@ class StokesFlow:
         Of the single layer. ``auto`` stores up to 6000 unknowns densely and takes the cheapest of
         direct sums, ACA and H2 beyond; ``dense`` never compresses. The double layer of unequal
         viscosities is always summed directly.
-    measure : bool
-        Measure the error of every solve and correct it until the tolerance is met. It costs a
-        near field of its own, about the time of the first; without it tractions carry no figure
-        for quadrature and compression and their verdict is "cannot tell" at best.
+    measure : {"auto", "all", "operator", "none"}
+        Which errors are measured in every solve. ``operator``: quadrature, compression and Krylov
+        iteration, and corrected until the tolerance is met; it costs a near field of its own,
+        about the time of the first. ``all``: that of the mesh too, by a larger density space,
+        which takes some four times as long as the solve. ``auto``: that where it has up to 12 000
+        unknowns. What is not measured has no figure, and the verdict is "cannot tell" at best.
 
     Attributes
     ----------
@@ -80,10 +88,12 @@ class StokesFlow:
     Raises
     ------
     SurfaceError
-        An open surface, mixed orientation or inward normals.
+        An open surface, elements given twice, mixed orientation, inward normals, bodies that cross
+        or touch, or nested ones with a viscosity ratio that leaves no viscosity inside both.
     ValueError
         A viscosity that is not positive, a negative ratio, a background without outer fluid,
-        coefficients of the wrong shape, or an unknown compression.
+        coefficients of the wrong shape, not finite or beyond double precision's reach, or an
+        unknown compression.
     """
 
     def __init__(
@@ -97,9 +107,15 @@ class StokesFlow:
         background: Velocity | None = None,
         orders: QuadratureOrders | None = None,
         compression: str = "auto",
-        measure: bool = True,
+        measure: str = "auto",
     ):
-        _check(viscosity, viscosity_ratio, background)
+        if measure not in MEASURES:
+            raise ValueError(f"measure must be one of {MEASURES}, got {measure!r}")
+        check_viscosities(viscosity, viscosity_ratio, background=background is not None)
+        if background is not None and not callable(background) and np.shape(background) != (3,):
+            raise ValueError(
+                f"background: expected a callable or 3 numbers, got shape {np.shape(background)}"
+            )
         self.viscosity_ratio, self.background = viscosity_ratio, background
         if coefficients is None:
             coefficients = patches.coefficients if isinstance(patches, BezierPatches) else None
@@ -107,15 +123,21 @@ class StokesFlow:
                 raise ValueError("these patches carry no configuration: give coefficients")
         self.patches, self.coefficients, self.viscosity = patches, coefficients, viscosity
         self.components = closed_components(patches, coefficients)
-        gap = narrowest(sample(patches, coefficients, QuadratureOrders()))
+        sampled = sample(patches, coefficients, QuadratureOrders())
+        check_bodies(sampled, self.components, viscosity_ratio)
+        self.facing = closest_facing(sampled)
+        gap = narrowest(sampled)
         self.budget: Budget = budget(tolerance, gap.distance, gap.extent)
-        for warning in self.budget.warnings:
-            logger.warning(warning)
+        if measure == "none":
+            for warning in self.budget.warnings:
+                logger.warning(warning)
         self.orders = _orders(self.budget.orders, compression) if orders is None else orders
-        self.measure = measure
+        self.measured = measure != "none"
+        larger = 3 * patches.n_elements * (patches.density_degree + 1) ** 2
+        self.mesh_measured = measure == "all" or (measure == "auto" and larger <= LARGER_LIMIT)
         self.compression = choose(
             compression,
-            self.budget.corrected if measure else self.budget.compression,
+            self.budget.corrected if self.measured else self.budget.compression,
             n_dofs=patches.n_dofs,
             n_outer=patches.n_elements * self.orders.outer**2,
             n_source=patches.n_elements * self.orders.source**2,
@@ -145,7 +167,7 @@ class StokesFlow:
             self.viscosity_ratio,
             self.orders,
             # what the first iteration leaves, the corrections find and remove
-            max(self.budget.krylov, FIRST_SOLVE) if self.measure else self.budget.krylov,
+            max(self.budget.krylov, FIRST_SOLVE) if self.measured else self.budget.krylov,
             two_level_schwarz if schwarz else MassPreconditioner,
             components=self.components,
         )
@@ -154,6 +176,13 @@ class StokesFlow:
     def solver(self) -> MeasuredSolve:
         """The formulation and the sharper ones that measure it."""
         return MeasuredSolve(self.formulation, self.budget.traction)
+
+    @cached_property
+    def larger(self) -> LargerSpace:
+        """The larger density space that measures the mesh's share."""
+        schwarz = self.budget.preconditioner == "schwarz"
+        finest = self.solver.finest if self.measured else self.formulation
+        return LargerSpace(finest, two_level_schwarz if schwarz else MassPreconditioner)
 
     @property
     def points(self) -> np.ndarray:
@@ -182,23 +211,22 @@ class StokesFlow:
         Returns
         -------
         SurfaceTraction
+            Its ``result`` is ``NET_FLUX`` if a component's flux exceeds the tolerance.
 
         Raises
         ------
         ValueError
-            A velocity of the wrong shape or not finite.
+            A velocity of the wrong shape, complex or not finite.
         """
         u = _at(velocity, self.points)
-        measured = self.solver.solve(
-            *self._tested(u), compression=self.measure, quadrature=self.measure
-        )
-        found = measured.solved
-        error = self.solver.error(measured, self.budget.krylov_error(found.residual))
+        on = self.measured
+        measured = self.solver.solve(*self._tested(u), compression=on, quadrature=on)
+        found, error = measured.solved, self._error(measured, velocity, u)
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
-        if error.verdict is Verdict.MISSED:
+        if error.verdict is Verdict.MISSED or not error.resolved:
             logger.warning("traction error %s", error)
-        return SurfaceTraction(
+        traction = SurfaceTraction(
             self.viscosity * found.solution.reshape(-1, 3),
             self.viscosity * np.atleast_1d(found.zeta),
             found.result,
@@ -210,6 +238,24 @@ class StokesFlow:
             self.viscosity,
             None if self.background is None else self.undisturbed,
         )
+        return with_flux_judged(traction, self.budget.traction)
+
+    def _error(self, measured: Measured, velocity: Velocity, u: np.ndarray) -> TractionError:
+        """All shares of the error of a solve, for the velocity as given and at the points."""
+        solved, tolerance = measured.solved, self.budget.traction
+        error = self.solver.error(measured, self.budget.krylov_error(solved.residual))
+        if film_ratio(self.facing) > RESOLVED:
+            assert self.facing is not None
+            error = replace(error, resolved=False, advice=film_advice(self.facing))
+        if not self.mesh_measured:
+            return error
+        outer = self.larger.formulation.surface.outer
+        at = _at(velocity, outer.points) if callable(velocity) else None
+        at = resampled(u, self.surface.outer, outer) if at is None else at
+        undisturbed = None if self.background is None else self.undisturbed(outer.points)
+        share = self.larger.share(solved.solution, solved.zeta, at, undisturbed)
+        advice = error.advice or share.advice(self.surface, tolerance)
+        return replace(error, mesh=share.error, advice=advice)
 
     def undisturbed(self, points: np.ndarray) -> np.ndarray:
         """Background velocity at points.
@@ -222,7 +268,9 @@ class StokesFlow:
         -------
         (n, 3) array
         """
-        return np.zeros(points.shape) if self.background is None else _at(self.background, points)
+        if self.background is None:
+            return np.zeros(points.shape)
+        return _at(self.background, points, "background")
 
     def _tested(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
         """Tested velocities at the points and of the background, ``(3 n_dofs,)`` each."""
@@ -238,30 +286,6 @@ def _orders(asked: QuadratureOrders, compression: str) -> QuadratureOrders:
     return replace(asked, outer=asked.source, far=0) if compression == "aca" else asked
 
 
-def _check(viscosity: float, ratio: float, background: Velocity | None) -> None:
-    if not viscosity > 0.0:
-        raise ValueError(f"viscosity must be positive, got {viscosity:g}")
-    if not (np.isfinite(ratio) and ratio >= 0.0):
-        raise ValueError(
-            f"viscosity_ratio must be finite and not negative, got {ratio:g}; it is outer over "
-            "inner viscosity"
-        )
-    if background is not None and ratio == 0.0:
-        raise ValueError(
-            "viscosity_ratio = 0 has no outer fluid that a background could move: leave the "
-            "background out, or give a positive ratio"
-        )
-    if background is not None and not callable(background) and np.shape(background) != (3,):
-        raise ValueError(
-            f"background: expected a callable or 3 numbers, got shape {np.shape(background)}"
-        )
-
-
-def _at(velocity: Velocity, points: np.ndarray) -> np.ndarray:
+def _at(velocity: Velocity, points: np.ndarray, name: str = "velocity") -> np.ndarray:
     """Checked velocities at points."""
-    u = np.asarray(velocity(points) if callable(velocity) else velocity, dtype=float)
-    if u.shape == (3,):
-        u = np.broadcast_to(u, points.shape)
-    if u.shape != points.shape or not np.all(np.isfinite(u)):
-        raise ValueError(f"expected finite velocities {points.shape}, got {u.shape}")
-    return u
+    return velocities(name, velocity(points) if callable(velocity) else velocity, points)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,6 +13,8 @@ from ..solvers.gmres import KrylovResult
 from ..traction_error import TractionError
 from .field import FlowField, flow_field
 from .formulation import JumpFormulation
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class SurfaceTraction:
     zeta : (n_components,) array
         Multipliers: quadrature and Krylov error of the flux, a health indicator.
     result : KrylovResult
-        How the linear solve ended.
+        How the linear solve ended, or that the velocity cannot be.
     iterations : int
         Of GMRES, 0 for a direct solve.
     residual : float
@@ -92,6 +95,16 @@ class SurfaceTraction:
         through = np.sum(self.velocity * self.formulation.surface.outer.normals, axis=1)
         return self._integrals(through[:, None])[:, 0]
 
+    def leak(self) -> np.ndarray:
+        """Net flux of the boundary velocity over that of its size, ``int u . n / int |u|``.
+
+        Returns
+        -------
+        (n_components,) array
+        """
+        size = self._integrals(np.linalg.norm(self.velocity, axis=1)[:, None])[:, 0]
+        return self.flux() / np.where(size > 0.0, size, 1.0)
+
     def power(self) -> float:
         """Work of the surfaces on the fluid, ``<tau, u>``; the dissipation without background.
 
@@ -125,7 +138,7 @@ class SurfaceTraction:
         found = flow_field(
             made.surface,
             self.coefficients / viscosity,
-            np.atleast_2d(np.asarray(points, dtype=float)),
+            np.atleast_2d(points),
             velocity=made.project(made.surface.project(self.velocity)),
             viscosity_ratio=made.viscosity_ratio,
             background=self.background,
@@ -147,3 +160,20 @@ class SurfaceTraction:
         sums = np.zeros((label.max() + 1, density.shape[1]))
         np.add.at(sums, label, weights[:, None] * density)
         return sums
+
+
+def with_flux_judged(traction: SurfaceTraction, tolerance: float) -> SurfaceTraction:
+    """The same, with the result ``NET_FLUX`` and a word in the log if a component leaks more."""
+    leak = traction.leak()
+    k = int(np.abs(leak).argmax())
+    if np.abs(leak[k]) <= tolerance:
+        return traction
+    result = KrylovResult.NET_FLUX
+    logger.warning(
+        "component %d: %s (flux %.3g, %.1e of what |u| would carry)",
+        k,
+        result.value,
+        traction.flux()[k],
+        abs(leak[k]),
+    )
+    return replace(traction, result=result)

@@ -17,7 +17,7 @@ from ..near.near_field import NearField
 from ..surfaces.surface_points import SampledSurface
 from .choice import Compression
 from .dense_layer import dense_matrix
-from .layer import SingleLayer
+from .layer import SingleLayer, densities
 
 
 class CompressedSingleLayer(SingleLayer):
@@ -41,8 +41,12 @@ class CompressedSingleLayer(SingleLayer):
         return dense_matrix(self.surface, self.near)
 
     def _matmat(self, x: np.ndarray) -> np.ndarray:
-        x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
+        x = densities(x)
         return (self.near.apply(x) + self.plain.apply(x)).reshape(self.shape[0], -1)
+
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        near = self.near.apply_transposed(densities(x))
+        return near.reshape(self.shape[0], -1) + self.plain.T @ x
 
     def statistics(self) -> dict[str, float | int | str]:
         """Everything measured, for run records."""
@@ -76,7 +80,7 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
     one_set = surface.source is surface.outer
     if compression.method == "h2":
         points, basis, test = (
-            (surface.outer.points, weighted_basis(surface), None) if one_set else _join(surface)
+            (surface.outer.offsets, weighted_basis(surface), None) if one_set else _join(surface)
         )
         return h2matrix(points, tolerance, basis=basis, test=test, seed=seed, memory=memory)
     if not one_set:
@@ -85,7 +89,7 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
             'quadrature orders, or compression = "h2"'
         )
     basis = weighted_basis(surface)
-    return hmatrix(surface.outer.points, tolerance, basis=basis, seed=seed, memory=memory)
+    return hmatrix(surface.outer.offsets, tolerance, basis=basis, seed=seed, memory=memory)
 
 
 def weighted_basis(surface: SampledSurface) -> csr_matrix:
@@ -100,7 +104,7 @@ def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
     empty = [csr_matrix((p.weights.size, n)) for p in (outer, source)]
     basis = diags(source.weights) @ surface.source_basis
     return (
-        np.concatenate([outer.points, source.points]),
+        np.concatenate([outer.offsets, source.offsets]),
         vstack([empty[0], basis]).tocsr(),
         vstack([weighted_basis(surface), empty[1]]).tocsr(),
     )

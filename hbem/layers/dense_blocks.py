@@ -84,7 +84,7 @@ class ExactBlocks:
             self._targets,
             outer.weights.reshape(p.n_elements, -1),
             self._tables.outer_values,
-            source.points.reshape(p.n_elements, -1, 3),
+            source.offsets.reshape(p.n_elements, -1, 3),
             source.weights.reshape(p.n_elements, -1),
             self._tables.source_values,
             self._tables.indptr,
@@ -118,5 +118,5 @@ class ExactBlocks:
     @cached_property
     def _targets(self) -> np.ndarray:
         n = self.surface.patches.n_elements
-        points = self.surface.outer.points.reshape(n, -1, 3)
+        points = self.surface.outer.offsets.reshape(n, -1, 3)
         return np.ascontiguousarray(np.swapaxes(points, 1, 2))

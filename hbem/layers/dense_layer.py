@@ -39,9 +39,6 @@ class StoredSingleLayer(SingleLayer):
     def _rmatmat(self, x: np.ndarray) -> np.ndarray:
         return self._matrix.T @ x
 
-    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
-        return self._matrix.T @ x
-
 
 def dense_matrix(surface: SampledSurface, near: NearField) -> np.ndarray:
     """Plain part and near field as one matrix."""
@@ -74,11 +71,11 @@ def _add_plain(
     """Add the plain part ``B^T W G W B`` of some target elements."""
     outer, source = surface.outer, surface.source
     n, nt = surface.patches.n_elements, outer.per_element
-    x = outer.points.reshape(n, nt, 3)[targets]
+    x = outer.offsets.reshape(n, nt, 3)[targets]
     columns = np.empty((x.shape[0], surface.patches.n_dofs, 6 * nt))
     kernels.source_columns(
         np.ascontiguousarray(np.swapaxes(x, 1, 2)),
-        source.points.reshape(n, -1, 3),
+        source.offsets.reshape(n, -1, 3),
         source.weights.reshape(n, -1),
         tables.source_values,
         tables.indptr,

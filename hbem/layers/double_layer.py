@@ -20,6 +20,7 @@ from ..near.near_rules import Layer, coincident_distance_squared, near_moments
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _double_layer_kernels as kernels
+from .layer import densities
 from .point_sums import pad_to_blocks
 
 
@@ -67,11 +68,21 @@ class DoubleLayer(LinearOperator):
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
 
+    def _rmatmat(self, x: np.ndarray) -> np.ndarray:
+        if "_matrix" not in self.__dict__:
+            raise NotImplementedError(
+                "the transposed double layer needs the matrix: call dense() once before"
+            )
+        return self._matrix.T @ x
+
+    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
+        return self._rmatmat(np.reshape(x, (-1, 1)))[:, 0]
+
     def _matmat(self, x: np.ndarray) -> np.ndarray:
         if "_matrix" in self.__dict__:
             return self._matrix @ x
         surface = self.surface
-        x = np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])
+        x = densities(x)
         far = plain_sums(surface, _at(surface.source_basis, x))
         own = np.einsum("pik,pkc->pic", _matrices(self.defect), _at(surface.basis, x))
         rest = (far - own).reshape(own.shape[0], -1)
@@ -94,7 +105,7 @@ def double_layer(surface: SampledSurface, orders: QuadratureOrders) -> DoubleLay
     DoubleLayer
         Operator ``(3 n_dofs, 3 n_dofs)``.
     """
-    n = surface.outer.points.shape[0]
+    n = surface.outer.offsets.shape[0]
     pairs = outer_pairs(surface, orders, slice(0, n))
     defect = plain_kernel(surface)
     defect[:, [0, 3, 5]] += 0.5
@@ -125,23 +136,23 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
     (n_points, 3, k) array
     """
     source, outer = surface.source, surface.outer
-    x, strengths = pad_to_blocks(outer.points), np.ascontiguousarray(np.swapaxes(values, 1, 2))
+    x, strengths = pad_to_blocks(outer.offsets), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
     kernels.double_sums(
-        x, source.points, normals, strengths, coincident_distance_squared(surface), out
+        x, source.offsets, normals, strengths, coincident_distance_squared(surface), out
     )
     shape = (x.shape[0] * kernels.BLOCK, 3, strengths.shape[1])
-    return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.points.shape[0]]
+    return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.offsets.shape[0]]
 
 
 def plain_kernel(surface: SampledSurface) -> np.ndarray:
     """Plain sums of the kernel itself at the outer points, ``(n_points, 6)``."""
-    source, x = surface.source, pad_to_blocks(surface.outer.points)
+    source, x = surface.source, pad_to_blocks(surface.outer.offsets)
     out = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.kernel_sums(x, source.points, normals, coincident_distance_squared(surface), out)
-    return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.points.shape[0]].copy()
+    kernels.kernel_sums(x, source.offsets, normals, coincident_distance_squared(surface), out)
+    return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.offsets.shape[0]].copy()
 
 
 def _at(basis: csr_matrix, x: np.ndarray) -> np.ndarray:
@@ -165,15 +176,15 @@ def _local(surface: SampledSurface, defect: np.ndarray) -> np.ndarray:
 def _plain_matrix(surface: SampledSurface) -> np.ndarray:
     """``B^T W K_plain W B`` by component, ``(6, n, n)``."""
     source, n = surface.source, surface.patches.n_dofs
-    blocks = pad_to_blocks(surface.outer.points)
+    blocks = pad_to_blocks(surface.outer.offsets)
     test = surface.basis.multiply(surface.outer.weights[:, None]).tocsr()
     normals = source.weights[:, None] * source.normals
-    kernel = np.empty((6, source.points.shape[0], kernels.BLOCK))
+    kernel = np.empty((6, source.offsets.shape[0], kernels.BLOCK))
     total = np.zeros((6, n, n))
     transposed = surface.source_basis.T.tocsr()
     for b, x in enumerate(blocks):
         kernels.double_matrix(
-            x, source.points, normals, coincident_distance_squared(surface), kernel
+            x, source.offsets, normals, coincident_distance_squared(surface), kernel
         )
         rows = test[b * kernels.BLOCK : (b + 1) * kernels.BLOCK]
         touched = np.unique(rows.indices)

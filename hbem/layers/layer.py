@@ -65,3 +65,19 @@ class SingleLayer(LinearOperator, ABC):
 
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         return self._matmat(np.reshape(x, (-1, 1)))[:, 0]
+
+    def _rmatvec(self, x: np.ndarray) -> np.ndarray:
+        return self._rmatmat(np.reshape(x, (-1, 1)))[:, 0]
+
+
+def densities(x: np.ndarray) -> np.ndarray:
+    """Columns ``(3 n, k)`` as densities ``(n, 3, k)``.
+
+    Raises
+    ------
+    ValueError
+        Complex columns.
+    """
+    if np.iscomplexobj(x):
+        raise ValueError("complex densities: multiply by real and imaginary part apart")
+    return np.ascontiguousarray(x, dtype=float).reshape(-1, 3, x.shape[1])

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _point_sum_kernels as kernels
 
-COINCIDENT = 1e-12  # distances below this fraction of the sources' extent are the same point
+COINCIDENT = 1e-200  # squared distance: only equal positions are nearer, and powers stay numbers
 
 
 def single_layer_sums(
@@ -31,7 +31,7 @@ def single_layer_sums(
     -------
     (n_targets, 3) or (n_targets, 3, k) array
     """
-    within = _coincident(sources) if within is None else within
+    within = COINCIDENT if within is None else within
     x, y = pad_to_blocks(targets), np.ascontiguousarray(sources)
     if strengths.ndim == 2:
         out = np.empty_like(x)
@@ -55,8 +55,3 @@ def pad_to_blocks(points: np.ndarray) -> np.ndarray:
     full = np.minimum(np.arange(-(-n // kernels.BLOCK) * kernels.BLOCK), n - 1)
     blocks = points[full].reshape(-1, kernels.BLOCK, 3)
     return np.ascontiguousarray(np.swapaxes(blocks, 1, 2))
-
-
-def _coincident(points: np.ndarray) -> float:
-    """Squared distance below which two points are the same."""
-    return float((COINCIDENT * np.linalg.norm(np.ptp(points, axis=0))) ** 2)

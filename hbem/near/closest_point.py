@@ -57,6 +57,7 @@ class NearPairs:
     Attributes
     ----------
     points : (n_points, 3) array
+        Relative to the origin of the surface.
     indptr : (n_points + 1,) int array
     elements, pieces : (n_pairs,) int array
         Source element and piece of each pair, increasing within a point.
@@ -93,15 +94,15 @@ class NearPairs:
 
 def outer_pairs(surface: SampledSurface, orders: QuadratureOrders, points: slice) -> NearPairs:
     """Near pairs of a range of outer points (whole elements), their own elements included."""
-    x = np.ascontiguousarray(surface.outer.points[points])
-    owners = np.arange(surface.outer.points.shape[0])[points] // surface.outer.per_element
+    x = np.ascontiguousarray(surface.outer.offsets[points])
+    owners = np.arange(surface.outer.offsets.shape[0])[points] // surface.outer.per_element
     return near_pairs(surface, x, owners, orders.near_ball)
 
 
 def near_pairs(
     surface: SampledSurface, x: np.ndarray, owners: np.ndarray, near_ball: float
 ) -> NearPairs:
-    """Near pairs of points ``x (n, 3)``.
+    """Near pairs of points ``x (n, 3)``, relative to the origin of the surface.
 
     ``owners (n,)`` names the element on which a point is an outer Gauss point, points of an
     element following each other; -1 for points off the surface.

@@ -58,6 +58,10 @@ class NearField:
         kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
         return y
 
+    def apply_transposed(self, x: np.ndarray) -> np.ndarray:
+        """Transposed product with densities ``(n_dofs, 3, k)``."""
+        return (self.matrix().T @ x.reshape(-1, x.shape[2])).reshape(x.shape)
+
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
@@ -77,7 +81,7 @@ class NearField:
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
     """Assemble the near field of the single layer."""
-    n = surface.outer.points.shape[0]
+    n = surface.outer.weights.size
     pairs = outer_pairs(surface, orders, slice(0, n))
     return assemble(
         surface, pairs, lambda part: near_moments(surface, part, orders, minus_plain=True)

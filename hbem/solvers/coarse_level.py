@@ -114,7 +114,7 @@ def apply_to_coarse_space(layer: SingleLayer, coarse: CoarseSpace) -> np.ndarray
     sources = [_strengths(surface, coarse, c) for c in range(len(coarse.clusters))]
     targets = _target_clusters(surface, len(coarse.clusters))
     far_sources = [Box.around(points) for points, _ in sources]
-    far_targets = [Box.around(surface.outer.points[t]) for t in targets]
+    far_targets = [Box.around(surface.outer.offsets[t]) for t in targets]
     far = np.array([[_separated(a, b) for a in far_sources] for b in far_targets])
     _add_neighbours(surface, coarse, sources, targets, far, product)
     _add_far(surface, coarse, sources, targets, (far_sources, far_targets, far), product)
@@ -136,7 +136,7 @@ def _strengths(
     points = np.flatnonzero(np.diff(basis.indptr))
     values = coarse.densities[vector_dofs(own), columns].toarray().reshape(own.size, -1)
     weighted = surface.source.weights[points, None] * (basis[points] @ values)
-    return surface.source.points[points], weighted.reshape(points.size, 3, -1)
+    return surface.source.offsets[points], weighted.reshape(points.size, 3, -1)
 
 
 def _target_clusters(surface: SampledSurface, count: int) -> list[np.ndarray]:
@@ -165,7 +165,7 @@ def _add_neighbours(
     within = coincident_distance_squared(surface)
     for c, (points, strengths) in enumerate(sources):
         close = np.concatenate([t for t, away in zip(targets, far[:, c], strict=True) if not away])
-        sums = single_layer_sums(surface.outer.points[close], points, strengths, within)
+        sums = single_layer_sums(surface.outer.offsets[close], points, strengths, within)
         functions, test = _test(surface, close)
         tested = (test @ sums.reshape(close.size, -1)).reshape(functions.size, 3, -1)
         product[functions, :, coarse.first[c] : coarse.first[c + 1]] += tested
@@ -195,6 +195,6 @@ def _add_far(
             potentials[t][:, :, coarse.first[c] : coarse.first[c + 1]] = part
     for points, box, potential in zip(targets, far_targets, potentials, strict=True):
         functions, test = _test(surface, points)
-        table = test @ box.interpolation(surface.outer.points[points])
+        table = test @ box.interpolation(surface.outer.offsets[points])
         values = table @ potential.reshape(table.shape[1], -1)
         product[functions] += values.reshape(functions.size, *product.shape[1:])

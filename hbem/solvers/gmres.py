@@ -30,6 +30,10 @@ class KrylovResult(enum.Enum):
         "rounding keeps the true residual above the tolerance; the gap is too thin for it: "
         "loosen the tolerance or refine the mesh"
     )
+    NET_FLUX = (
+        "the boundary velocity has a net flux, which an incompressible fluid cannot take up: "
+        "subtract it"
+    )
 
     @property
     def ok(self) -> bool:

@@ -65,6 +65,7 @@ class Functions:
     Attributes
     ----------
     positions, normals : (n, 3) array
+        Positions relative to the origin of the surface.
     sizes : (n,) array
         Square roots of their areas ``int N_a``.
     """
@@ -75,10 +76,10 @@ class Functions:
 
     @classmethod
     def of(cls, surface: SampledSurface) -> Functions:
-        area = surface.project(np.ones((surface.outer.points.shape[0], 1)))
+        area = surface.project(np.ones((surface.outer.weights.size, 1)))
         normals = surface.constraint
         length = np.linalg.norm(normals, axis=1, keepdims=True)
-        positions = surface.project(surface.outer.points) / area
+        positions = surface.project(surface.outer.offsets) / area
         return cls(positions, normals / np.maximum(length, 1e-300), np.sqrt(np.abs(area[:, 0])))
 
 

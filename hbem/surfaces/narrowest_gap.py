@@ -7,6 +7,7 @@ lubrication is the one of smallest thinness ``G / 2 l(G)``: a thin rim counts le
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,7 @@ class NarrowestGap:
 def narrowest(surface: SampledSurface) -> NarrowestGap:
     """The narrowest gap of a sampled surface, inside or outside."""
     outer = surface.outer
-    distance = facing_distance(outer.points, outer.normals)
+    distance = facing_distance(outer.offsets, outer.normals)
     order = np.argsort(distance)
     area = np.cumsum(outer.weights[order])
     extent = np.sqrt(area / (2.0 * np.pi))
@@ -41,7 +42,7 @@ def narrowest(surface: SampledSurface) -> NarrowestGap:
     thinness = np.where(area > 1e-3 * area[-1], distance[order] / (2.0 * extent), np.inf)
     at = int(np.argmin(thinness))
     if not np.isfinite(thinness[at]):
-        size = float(np.linalg.norm(np.ptp(outer.points, axis=0)))
+        size = float(np.linalg.norm(np.ptp(outer.offsets, axis=0)))
         return NarrowestGap(size, float(extent[-1]))
     return NarrowestGap(float(distance[order[at]]), float(extent[at]))
 
@@ -53,16 +54,7 @@ def facing_distance(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """
     found = np.full(points.shape[0], np.inf)
     spacing = _spacing(points)
-    directions = _directions()
-    nearest = np.argmax(normals @ directions.T, axis=1)
-    for d in range(directions.shape[0]):
-        mine = np.flatnonzero(nearest == d)
-        other = np.flatnonzero(normals @ directions[d] < OPPOSED)
-        if mine.size == 0 or other.size == 0:
-            continue
-        k = min(NEIGHBOURS, other.size)
-        _, index = cKDTree(points[other]).query(points[mine], k=k)
-        index = other[index.reshape(mine.size, k)]
+    for mine, index in opposed_neighbours(points, normals):
         offset = points[index] - points[mine, None]
         mean = normals[mine, None] - normals[index]
         length = np.linalg.norm(mean, axis=-1)
@@ -73,6 +65,24 @@ def facing_distance(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         valid = opposed & (lateral <= np.maximum(along, spacing[mine, None]))
         found[mine] = np.where(valid, along, np.inf).min(axis=1)
     return found
+
+
+def opposed_neighbours(
+    points: np.ndarray, normals: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The nearest points with roughly opposed normals: some points and ``(n, k)`` indices each.
+
+    Every point that has any occurs once.
+    """
+    directions = _directions()
+    nearest = np.argmax(normals @ directions.T, axis=1)
+    for d in range(directions.shape[0]):
+        mine = np.flatnonzero(nearest == d)
+        other = np.flatnonzero(normals @ directions[d] < OPPOSED)
+        if mine.size and other.size:
+            k = min(NEIGHBOURS, other.size)
+            _, index = cKDTree(points[other]).query(points[mine], k=k)
+            yield mine, other[index.reshape(mine.size, k)]
 
 
 def _spacing(points: np.ndarray) -> np.ndarray:

@@ -7,19 +7,18 @@ constraint ``c_a = int N_a n``. Both sides of an equation must use the same oute
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from .bernstein import centred_powers, tensor_bernstein, tensor_bernstein_gradient
+from .configuration import centred_control, edge_lengths, shortest_edge
 from .patches import SurfacePatches
 from .quadrature import QuadratureOrders, gauss_square
 from .subdivision import ElementPieces, balls, divide, grid_points
 from .triangles import quadrilaterals, rotation_table
-
-COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
 
 
 @dataclass(frozen=True)
@@ -30,17 +29,25 @@ class PointSet:
     ----------
     s, t : (per_element,) array
         Local coordinates.
-    points, normals : (n, 3) array
-        Positions and outward unit normals.
+    offsets, normals : (n, 3) array
+        Positions relative to `origin`, and outward unit normals. Integrals between points need
+        these: far from the origin of coordinates differences of positions are mere rounding.
     weights : (n,) array
         Quadrature weights including the surface element.
+    origin : (3,) array
     """
 
     s: np.ndarray
     t: np.ndarray
-    points: np.ndarray
+    offsets: np.ndarray
     normals: np.ndarray
     weights: np.ndarray
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Positions, ``(n, 3)``."""
+        return self.offsets + self.origin if np.any(self.origin) else self.offsets
 
     @property
     def per_element(self) -> int:
@@ -55,12 +62,12 @@ class SampledSurface:
     ----------
     patches : SurfacePatches
     control : (n_elements, geometry_degree + 1, geometry_degree + 1, 3) array
-        Bezier control points.
+        Bezier control points relative to `origin`.
     outer, source : PointSet
         Outer (test) points and plain source points; often the same object.
     centres : (n_elements, 3) array
     radii : (n_elements,) array
-        Balls around the elements.
+        Balls around the elements, relative to `origin` as well.
     collapsed : (n_elements,) bool array
         Elements with an edge contracted to a point.
     triangular : bool
@@ -75,6 +82,11 @@ class SampledSurface:
     radii: np.ndarray
     collapsed: np.ndarray
     triangular: bool = False
+
+    @property
+    def origin(self) -> np.ndarray:
+        """Where all relative positions count from, ``(3,)``; see `centred_control`."""
+        return self.outer.origin
 
     @cached_property
     def pieces(self) -> ElementPieces:
@@ -100,7 +112,7 @@ class SampledSurface:
         """Points of every piece from which the closest-point search begins, ``(n, n_q, 3)``."""
         p, outer = self.pieces, self.outer
         if p.n == self.control.shape[0]:
-            return outer.points.reshape(p.n, -1, 3)
+            return outer.offsets.reshape(p.n, -1, 3)
         nodes = outer.s[:: round(np.sqrt(outer.per_element))]
         return grid_points(self.control[p.elements], p.boxes, nodes)
 
@@ -134,12 +146,24 @@ class SampledSurface:
         """``c_a = int N_a n``, ``(n_dofs, 3)``."""
         return self.project(self.outer.normals)
 
-    def with_source(self, orders: QuadratureOrders) -> SampledSurface:
-        """The same surface and outer points with the plain source points of other orders."""
-        source = self.outer
-        if orders.source**2 != self.outer.per_element:
-            source = point_set(self.control, orders.source)
-        return replace(self, source=source)
+    def with_points(self, orders: QuadratureOrders) -> SampledSurface:
+        """The same surface at the outer and source points of other orders.
+
+        Parameters
+        ----------
+        orders : QuadratureOrders
+
+        Returns
+        -------
+        SampledSurface
+        """
+        outer, origin = self.outer, self.outer.origin
+        if orders.outer**2 != outer.per_element:
+            outer = replace(point_set(self.control, orders.outer), origin=origin)
+        source = outer
+        if orders.source != orders.outer:
+            source = replace(point_set(self.control, orders.source), origin=origin)
+        return replace(self, outer=outer, source=source)
 
     def project(self, values: np.ndarray) -> np.ndarray:
         """Integrals ``int N_a f`` of point values.
@@ -174,40 +198,20 @@ def sample(
     Raises
     ------
     ValueError
-        Coefficients of a wrong shape or not finite.
+        Coefficients of a wrong shape, not finite, or beyond the reach of double precision.
     """
     triangular = patches.shape == "triangle"
     if triangular:
         patches = quadrilaterals(patches)
-    control = control_points(patches, coefficients)
-    outer = point_set(control, orders.outer)
-    source = outer if orders.source == orders.outer else point_set(control, orders.source)
+    control, origin = centred_control(patches, coefficients)
+    outer = replace(point_set(control, orders.outer), origin=origin)
+    source = outer
+    if orders.source != orders.outer:
+        source = replace(point_set(control, orders.source), origin=origin)
     centres, radii = balls(control, np.tile([0.0, 1.0, 0.0, 1.0], (control.shape[0], 1)))
-    edges = np.stack([control[:, 0], control[:, -1], control[:, :, 0], control[:, :, -1]], axis=1)
-    lengths = np.linalg.norm(np.diff(edges, axis=2), axis=-1).sum(axis=-1)
-    collapsed = lengths.min(axis=1) < COLLAPSED * radii
+    lengths = edge_lengths(control)
+    collapsed = lengths.min(axis=1) < shortest_edge(lengths.max(axis=1), control, origin)
     return SampledSurface(patches, control, outer, source, centres, radii, collapsed, triangular)
-
-
-def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
-    """Bezier control points ``(n_elements, degree + 1, degree + 1, 3)`` of a configuration.
-
-    Raises
-    ------
-    ValueError
-        Coefficients of a wrong shape or not finite.
-    """
-    coefficients = np.asarray(coefficients, dtype=float)
-    if patches.shape == "triangle":
-        patches = quadrilaterals(patches)
-    if coefficients.shape != (patches.n_coefficients, 3):
-        raise ValueError(
-            f"expected coefficients ({patches.n_coefficients}, 3), got {coefficients.shape}"
-        )
-    if not np.all(np.isfinite(coefficients)):
-        raise ValueError("coefficients are not finite")
-    n = patches.geometry_degree + 1
-    return np.ascontiguousarray((patches.bezier @ coefficients).reshape(-1, n, n, 3))
 
 
 def point_set(control: np.ndarray, order: int) -> PointSet:

@@ -15,8 +15,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from .bernstein import bernstein
+from .configuration import centred_control, shortest_edge
 from .patches import SurfacePatches
-from .surface_points import COLLAPSED, control_points, point_set
+from .surface_points import point_set
 
 MATCH = 1e-6  # edges closer than this fraction of their length are one
 
@@ -42,17 +43,22 @@ class Edges:
     elements: np.ndarray
 
     @classmethod
-    def of(cls, control: np.ndarray) -> Edges:
-        """Edges of Bezier patches ``(n_elements, p + 1, p + 1, 3)``, contracted ones left out."""
+    def of(cls, control: np.ndarray, origin: np.ndarray) -> Edges:
+        """Edges of Bezier patches ``(n_elements, p + 1, p + 1, 3)``, contracted ones left out.
+
+        ``control`` counts from ``origin``, see `hbem.surfaces.configuration.centred_control`.
+        """
         sides = np.stack(
             [control[:, :, 0], control[:, -1], control[:, ::-1, -1], control[:, 0, ::-1]], axis=1
         )
         n, _, m, _ = sides.shape
         table = bernstein(m - 1, np.array([0.0, 0.5, 1.0]))
         points = np.einsum("qk,ejkc->ejqc", table, sides).reshape(4 * n, 3, 3)
-        lengths = np.linalg.norm(np.diff(sides, axis=2), axis=-1).sum(axis=-1).ravel()
-        largest = np.repeat(lengths.reshape(n, 4).max(axis=1), 4)
-        kept = lengths > COLLAPSED * largest
+        lengths = np.linalg.norm(np.diff(sides, axis=2), axis=-1).sum(axis=-1)
+        kept = (
+            lengths > shortest_edge(lengths.max(axis=1, keepdims=True), control, origin)
+        ).ravel()
+        lengths = lengths.ravel()
         return cls(points[kept], lengths[kept], np.repeat(np.arange(n), 4)[kept])
 
 
@@ -96,13 +102,17 @@ def closed_components(patches: SurfacePatches, coefficients: np.ndarray) -> np.n
     Raises
     ------
     SurfaceError
-        An open surface, elements of opposite orientation side by side, or inward normals.
+        An open surface, elements given twice, elements of opposite orientation side by side, or
+        inward normals.
+    ValueError
+        Coefficients of a wrong shape, not finite, or beyond the reach of double precision.
     """
-    control = control_points(patches, coefficients)
+    control, origin = centred_control(patches, coefficients)
     n = patches.n_elements
-    edges = Edges.of(control)
+    edges = Edges.of(control, origin)
+    _refuse_twice(control)
     partner, same = partners(edges)
-    _refuse_open(edges, partner)
+    _refuse_open(edges, partner, origin)
     if same.any():
         e = edges.elements[same.argmax()]
         raise SurfaceError(
@@ -123,11 +133,34 @@ def closed_components(patches: SurfacePatches, coefficients: np.ndarray) -> np.n
     return result
 
 
-def _refuse_open(edges: Edges, partner: np.ndarray) -> None:
+def _refuse_twice(control: np.ndarray) -> None:
+    """Elements whose corners and middles coincide, however their axes run."""
+    corners = control[:, [0, 0, -1, -1], [0, -1, 0, -1]]
+    degree = control.shape[1] - 1
+    half = bernstein(degree, np.array([0.5]))[0]
+    middles = np.einsum("i,eijc,j->ec", half, control, half)
+    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    pairs = cKDTree(middles).query_pairs(MATCH * size.max(), output_type="ndarray")
+    if pairs.size == 0:
+        return
+    first, second = corners[pairs[:, 0]], corners[pairs[:, 1]]
+    away = np.linalg.norm(first[:, :, None] - second[:, None], axis=-1)
+    away = np.maximum(away.min(axis=1), away.min(axis=2)).max(axis=1)
+    middle = np.linalg.norm(np.subtract(*middles[pairs.T]), axis=1)
+    twice = np.maximum(away, middle) <= MATCH * np.maximum(size[pairs].min(axis=1), 1e-300)
+    if twice.any():
+        e, f = min(sorted(pair) for pair in pairs[twice].tolist())
+        raise SurfaceError(
+            f"{np.count_nonzero(twice)} elements are given twice: element {f} duplicates element "
+            f"{e}; leave one of them out"
+        )
+
+
+def _refuse_open(edges: Edges, partner: np.ndarray, origin: np.ndarray) -> None:
     loose = partner < 0
     if loose.any():
         first = int(loose.argmax())
-        x = ", ".join(f"{c:.4g}" for c in edges.points[first, 1])
+        x = ", ".join(f"{c:.4g}" for c in edges.points[first, 1] + origin)
         raise SurfaceError(
             f"the surface is open: {np.count_nonzero(loose)} edges meet no other (first: an edge "
             f"of element {edges.elements[first]} at {x}); close it, edge to edge, with a cap or "
@@ -138,7 +171,7 @@ def _refuse_open(edges: Edges, partner: np.ndarray) -> None:
 def signed_volumes(control: np.ndarray, label: np.ndarray) -> np.ndarray:
     """Volume enclosed by each component, negative for inward normals [T 2.27]."""
     points = point_set(control, control.shape[1] + 1)
-    local = points.points.reshape(label.size, -1, 3)
+    local = points.offsets.reshape(label.size, -1, 3)
     weights = (points.weights[:, None] * points.normals).reshape(local.shape)
     volumes = np.zeros(label.max() + 1)
     for k in range(volumes.size):

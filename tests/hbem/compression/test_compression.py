@@ -8,7 +8,7 @@ import pytest
 from hbem.compression import operator as compressed
 from hbem.compression.h2matrix import h2matrix
 from hbem.compression.hmatrix import hmatrix
-from hbem.compression.operator import probe_densities
+from hbem.compression.point_kernel import probe_densities
 
 from . import clouds
 
@@ -87,6 +87,58 @@ def test_several_vectors_at_once(method):
     x = np.random.default_rng(0).standard_normal((operator.shape[1], 5))
     one_by_one = np.stack([operator @ column for column in x.T], axis=1)
     np.testing.assert_allclose(operator @ x, one_by_one, rtol=0, atol=1e-12 * np.abs(x).max() * 1e3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("size", [1e39, 1e-44, 1e300, 0.0])
+def test_densities_of_any_size(method, size):
+    """Single precision knows nothing beyond 1e38."""
+    points = clouds.CLOUDS["sphere"][:300]
+    operator = METHODS[method](points, 1e-3)
+    x = np.random.default_rng(0).standard_normal((900, 2))
+    found, expected = operator @ (size * x) / (size or 1.0), operator @ (x * (size > 0.0))
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(operator @ x).max())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_points_of_a_graded_mesh(method):
+    """Spacings from 5e-8 to 1: neighbours differ by less than centring them would round."""
+    line = np.append(0.0, np.geomspace(5e-8, 1.0, 19))
+    x, y = (g.ravel() for g in np.meshgrid(line, line))
+    points = np.c_[x, y, 0.05 * (x * x + y * y)]
+    upward = np.tile([0.0, 0.0, 1.0], (points.shape[0], 1))
+    for normals in (None, upward):
+        matrix = clouds.dense(points, normals)
+        for tolerance in (1e-3, 1e-6):
+            operator = METHODS[method](points, tolerance, normals=normals, leaf=32)
+            assert errors(operator, matrix).max() <= tolerance
+            assert operator.statistics.achieved <= tolerance
+
+
+def test_what_rounding_leaves_of_a_double_layer_is_measured(caplog):
+    """On an oblique plane ``r . n`` is rounding, which at a spacing of 1e-5 is not small."""
+    line = np.append(0.0, np.geomspace(1.2e-5, 1.0, 19))
+    x, y = (g.ravel() for g in np.meshgrid(line, line))
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    points, normals = np.c_[x, y, 0.0 * x] @ turn.T, np.tile(turn[:, 2], (x.size, 1))
+    with caplog.at_level(logging.WARNING):
+        operator = hmatrix(points, 1e-6, normals=normals)
+    true = errors(operator, clouds.dense(points, normals)).max()
+    assert 1e-6 < true < 10.0 * operator.statistics.achieved
+    assert "rounding of the points and normals given leaves an error" in caplog.text
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_transposed_product(method):
+    points = clouds.CLOUDS["sphere"][:300]
+    operator, exact = METHODS[method](points, 1e-6), clouds.dense(points)
+    x = np.random.default_rng(0).standard_normal((900, 2))
+    np.testing.assert_allclose(operator.T @ x, exact.T @ x, atol=1e-5 * np.abs(exact @ x).max())
+    double = METHODS[method](points, 1e-3, normals=points)
+    with pytest.raises(NotImplementedError, match="normals at the targets"):
+        _ = double.T @ x
+    with pytest.raises(ValueError, match="complex densities"):
+        _ = operator @ (1j * x)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -204,6 +256,10 @@ class TestStress:
         build = METHODS[method]
         with pytest.raises(ValueError, match="finite"):
             build(np.full((10, 3), np.nan), 1e-3)
+        with pytest.raises(ValueError, match="complex"):
+            build(np.ones((10, 3)) * 1j, 1e-3)
+        with pytest.raises(ValueError, match="beyond double precision"):
+            build(1e200 * np.eye(3), 1e-3)
         with pytest.raises(ValueError, match="tolerance"):
             build(np.ones((10, 3)), 2.0)
         with pytest.raises(ValueError, match=r"\(n, 3\)"):

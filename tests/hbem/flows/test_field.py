@@ -129,7 +129,7 @@ def test_background_and_the_wall():
     ("change", "message"),
     [
         ({"viscosity_ratio": 0.5}, "give the velocity"),
-        ({"viscosity_ratio": -1.0}, "not be negative"),
+        ({"viscosity_ratio": -1.0}, "not negative"),
         ({"points": np.full((2, 3), np.nan)}, "finite"),
         ({"traction": np.zeros((3, 3))}, "traction: expected"),
     ],

@@ -72,6 +72,8 @@ def test_different_source_points():
     compressed, dense = layers(torus(12, 12), "h2", 1e-4, orders)
     x = np.random.default_rng(0).standard_normal(dense.shape[0])
     assert np.linalg.norm(compressed @ x - dense @ x) <= 1e-4 * np.linalg.norm(dense @ x)
+    turned = dense.T @ x
+    assert np.linalg.norm(compressed.T @ x - turned) <= 1e-4 * np.linalg.norm(turned)
     with pytest.raises(ValueError, match="equal outer and source points"):
         layers(torus(12, 12), "aca", 1e-4, orders)
 

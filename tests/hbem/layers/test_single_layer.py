@@ -141,6 +141,9 @@ def test_direct_form_agrees_with_the_stored_matrix(body):
     assert np.abs(direct @ x - stored @ x).max() < 1e-13 * size
     assert np.abs(direct @ x[:, 1] - (stored @ x)[:, 1]).max() < 1e-13 * size
     np.testing.assert_array_equal(direct.dense(), stored.dense())
+    assert np.abs(direct.T @ x - stored.dense().T @ x).max() < 1e-13 * size
+    with pytest.raises(ValueError, match="complex densities"):
+        _ = direct @ (1j * x)
     with pytest.raises(ValueError, match="storage"):
         single_layer(body, body.coefficients, storage="sparse")
 

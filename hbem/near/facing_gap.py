@@ -1,0 +1,241 @@
+"""The narrowest gap between facing elements: the true closest distance, not that of samples.
+
+Candidates are pairs of elements whose samples face each other, or lie on different bodies; Newton
+on both points at once finds the closest points of each pair. Between bodies the smallest distance
+counts. Walls of one body meet at their common rim: only points count whose normals lie along the
+segment between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..surfaces.narrowest_gap import NEIGHBOURS, opposed_neighbours
+from ..surfaces.surface_points import SampledSurface
+from . import _facing_kernels as kernels
+
+TILT = 0.02  # largest sine between normals and segment where walls of one body face each other
+POLE = 1e-7  # local coordinates this far from an edge have a normal even if it is collapsed
+REFINED = 8  # pairs of elements around which their neighbours are tried too
+
+
+@dataclass(frozen=True)
+class FacingGap:
+    """Two points, each the closest of its wall to the other.
+
+    Parameters
+    ----------
+    distance : float
+    elements : (2,) int array
+    local : (2, 2) array
+        Local coordinates s, t on each element.
+    points, normals : (2, 3) array
+        Positions and outward unit normals there.
+    curvature_radius : float
+        Of the gap: it grows by ``xi^2 / (2 R)`` at the lateral distance xi. Half the radius of two
+        equal spheres; infinite between parallel walls. The gap changes over
+        ``sqrt(distance R)``, the length of a lubrication film.
+    element_size : (2,) array
+        Length of the longer coordinate line through the point of each element.
+    """
+
+    distance: float
+    elements: np.ndarray
+    local: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    curvature_radius: float
+    element_size: np.ndarray
+
+    @property
+    def film_length(self) -> float:
+        """Lateral distance over which the gap changes, ``sqrt(distance R)``."""
+        return float(np.sqrt(self.distance * self.curvature_radius))
+
+
+def closest_facing(surface: SampledSurface) -> FacingGap | None:
+    """The closest points of facing walls, of one body or of several.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+
+    Returns
+    -------
+    FacingGap or None
+        None where no wall faces another.
+    """
+    body = _bodies(surface)
+    first, second, start = _candidates(surface, body)
+    if first.size == 0:
+        return None
+    found = _Pairs.closest(surface, body, first, second, start)
+    best = found.order()[:REFINED]
+    if best.size == 0:
+        return None
+    near = _around(surface, found.elements[best], found.local[best])
+    found = found.joined(_Pairs.closest(surface, body, *near))
+    return found.gap(surface, int(found.order()[0]))
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Closest points of pairs of elements, where normals lie along the segment or bodies differ."""
+
+    elements: np.ndarray
+    local: np.ndarray
+    distance: np.ndarray
+    sine: np.ndarray  # between segment and normals, 0 of different bodies
+
+    @classmethod
+    def closest(
+        cls,
+        surface: SampledSurface,
+        body: np.ndarray,
+        first: np.ndarray,
+        second: np.ndarray,
+        start: np.ndarray,
+    ) -> _Pairs:
+        """Move the starts ``(n, 4)`` to closest points; the starts themselves count too."""
+        local, distance = start.copy(), np.empty(first.size)
+        kernels.approach_all(surface.control, first, second, local, distance)
+        elements = np.tile(np.stack([first, second], axis=1), (2, 1))
+        local = np.concatenate([local, start]).reshape(-1, 2, 2)
+        segment = np.subtract(*(_jets(surface, elements[:, i], local[:, i])[:, 0] for i in (1, 0)))
+        inside = np.clip(local, POLE, 1.0 - POLE)
+        jets = [_jets(surface, elements[:, i], inside[:, i]) for i in range(2)]
+        distance = np.linalg.norm(segment, axis=1)
+        direction = segment / np.maximum(distance, 1e-300)[:, None]
+        a, b = (np.sum(direction * _normals(jet), axis=1) for jet in jets)
+        cosine = np.where(a * b < 0.0, np.minimum(np.abs(a), np.abs(b)), 0.0)
+        sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+        apart = body[elements[:, 0]] != body[elements[:, 1]]
+        return cls(elements, local, distance, np.where(apart, 0.0, sine))
+
+    def joined(self, other: _Pairs) -> _Pairs:
+        names = ("elements", "local", "distance", "sine")
+        return _Pairs(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in names))
+
+    def order(self) -> np.ndarray:
+        """Facing pairs, closest first."""
+        kept = np.flatnonzero(self.sine <= TILT)
+        return kept[np.argsort(self.distance[kept], kind="stable")]
+
+    def gap(self, surface: SampledSurface, k: int) -> FacingGap:
+        elements, local = self.elements[k], self.local[k]
+        jets = _jets(surface, elements, local)
+        # at a collapsed point curvature has no coordinates: a little inside it has
+        inside = _jets(surface, elements, np.clip(local, 0.02, 0.98))
+        return FacingGap(
+            float(self.distance[k]),
+            elements,
+            local,
+            jets[:, 0] + surface.origin,
+            _normals(inside),
+            _curvature_radius(inside, jets[1, 0] - jets[0, 0]),
+            np.linalg.norm(jets[:, 1:3], axis=2).max(axis=1),
+        )
+
+
+def _jets(surface: SampledSurface, elements: np.ndarray, local: np.ndarray) -> np.ndarray:
+    out = np.empty((elements.size, 6, 3))
+    arrays = np.ascontiguousarray(elements), np.ascontiguousarray(local)
+    kernels.jets(surface.control, *arrays, out)
+    return out
+
+
+def _normals(jets: np.ndarray) -> np.ndarray:
+    normal = np.cross(jets[:, 1], jets[:, 2])
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+def _curvature_radius(jets: np.ndarray, segment: np.ndarray) -> float:
+    """Radius of the gap's largest relative principal curvature."""
+    normals = _normals(jets)
+    axis = segment if np.any(segment) else normals[0]
+    axis = axis / np.linalg.norm(axis)
+    _, _, plane = np.linalg.svd(axis[None])
+    curvature = []
+    for jet, normal in zip(jets, normals, strict=True):
+        slopes = plane[1:] @ jet[1:3].T
+        bend = jet[3:] @ normal * np.sign(normal @ axis)
+        inverse = np.linalg.pinv(slopes)
+        curvature.append(inverse.T @ np.array([bend[:2], bend[1:]]) @ inverse)
+    largest = np.abs(np.linalg.eigvalsh(curvature[1] - curvature[0])).max()
+    return float(1.0 / largest) if largest > 0.0 else np.inf
+
+
+def _bodies(surface: SampledSurface) -> np.ndarray:
+    """Elements that share density functions, and what these share: a label each."""
+    p = surface.patches
+    ones = np.ones(p.dofs.size)
+    owner = np.repeat(np.arange(p.n_elements), np.diff(p.indptr))
+    n = p.n_elements + p.n_dofs
+    graph = coo_matrix((ones, (owner, p.n_elements + p.dofs)), shape=(n, n))
+    return connected_components(graph, directed=False)[1][: p.n_elements]
+
+
+def _candidates(
+    surface: SampledSurface, body: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of elements and starts ``(n, 4)`` from their closest samples."""
+    points, per = surface.outer.offsets, surface.outer.per_element
+    pairs = [
+        _flat(mine, index) for mine, index in opposed_neighbours(points, surface.outer.normals)
+    ]
+    pairs += _between_bodies(points, np.repeat(body, per))
+    if not pairs:
+        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 4))
+    i, j = np.concatenate(pairs, axis=1)
+    distance = np.linalg.norm(points[i] - points[j], axis=1)
+    # what the true distance can be at least
+    e, f = i // per, j // per
+    least = distance - surface.radii[e] - surface.radii[f]
+    apart = body[e] != body[f]
+    kept = ~apart | (least <= distance[apart].min(initial=np.inf))
+    i, j = np.where(i < j, i, j)[kept], np.where(i < j, j, i)[kept]
+    e, f, distance = i // per, j // per, distance[kept]
+    order = np.lexsort((distance, f, e))
+    key = (e * surface.patches.n_elements + f)[order]
+    order = order[np.flatnonzero(np.diff(key, prepend=-1))]
+    st = np.stack([surface.outer.s, surface.outer.t], axis=1)
+    start = np.concatenate([st[i[order] % per], st[j[order] % per]], axis=1)
+    return e[order], f[order], start
+
+
+def _flat(mine: np.ndarray, index: np.ndarray) -> np.ndarray:
+    return np.stack([np.repeat(mine, index.shape[1]), index.ravel()])
+
+
+def _between_bodies(points: np.ndarray, body: np.ndarray) -> list[np.ndarray]:
+    """Nearest points of other bodies, of each body those with a larger label."""
+    pairs = []
+    for k in range(body.max()):
+        mine, other = np.flatnonzero(body == k), np.flatnonzero(body > k)
+        count = min(NEIGHBOURS, other.size)
+        _, index = cKDTree(points[other]).query(points[mine], k=count)
+        pairs.append(_flat(mine, other[index.reshape(mine.size, count)]))
+    return pairs
+
+
+def _around(
+    surface: SampledSurface, elements: np.ndarray, local: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of elements that touch those of each pair, started at the middle."""
+    tree = cKDTree(surface.centres)
+    keys = []
+    for e, f in np.unique(elements, axis=0):
+        a, b = (
+            np.asarray(tree.query_ball_point(surface.centres[k], 2.0 * surface.radii[k]))
+            for k in (e, f)
+        )
+        a, b = (c.ravel() for c in np.meshgrid(a, b))
+        keys.append(np.minimum(a, b) * surface.patches.n_elements + np.maximum(a, b))
+    first, second = np.divmod(np.unique(np.concatenate(keys)), surface.patches.n_elements)
+    kept = first < second
+    return first[kept], second[kept], np.full((np.count_nonzero(kept), 4), 0.5)
