@@ -126,9 +126,7 @@ class MeasuredSolve:
                 break
         return Measured(solved, compressed, tuple(found))
 
-    def error(
-        self, measured: Measured, krylov: float, *, corrected: bool = True
-    ) -> TractionError:
+    def error(self, measured: Measured, krylov: float, *, corrected: bool = True) -> TractionError:
         """What was measured, as the shares of a traction error; that of the mesh is not known.
 
         Parameters

@@ -37,7 +37,7 @@ def film_ratio(gap: FacingGap | None) -> float:
     """Element size over the length of the film in a gap; 0 where no walls face each other."""
     if gap is None or not np.isfinite(gap.film_length):
         return 0.0
-    return float(gap.element_size.max() / gap.film_length)
+    return float(gap.element_size.max() / max(gap.film_length, 1e-300))
 
 
 def film_advice(gap: FacingGap) -> str:

@@ -20,6 +20,7 @@ from ..surfaces.surface_points import SampledSurface
 from . import _facing_kernels as kernels
 
 TILT = 0.02  # largest sine between normals and segment where walls of one body face each other
+TOUCHING = 1e-9  # distances below this fraction of an element are its neighbours' edges
 POLE = 1e-7  # local coordinates this far from an edge have a normal even if it is collapsed
 REFINED = 8  # pairs of elements around which their neighbours are tried too
 
@@ -115,6 +116,9 @@ class _Pairs:
         cosine = np.where(a * b < 0.0, np.minimum(np.abs(a), np.abs(b)), 0.0)
         sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
         apart = body[elements[:, 0]] != body[elements[:, 1]]
+        # where elements of one body touch there is no segment that normals could lie along
+        touching = distance < TOUCHING * surface.radii[elements].max(axis=1)
+        sine = np.where(touching, 1.0, sine)
         return cls(elements, local, distance, np.where(apart, 0.0, sine))
 
     def joined(self, other: _Pairs) -> _Pairs:
@@ -158,6 +162,7 @@ def _curvature_radius(jets: np.ndarray, segment: np.ndarray) -> float:
     """Radius of the gap's largest relative principal curvature."""
     normals = _normals(jets)
     axis = segment if np.any(segment) else normals[0]
+    axis = axis / np.abs(axis).max()  # squares of tiny gaps would vanish
     axis = axis / np.linalg.norm(axis)
     _, _, plane = np.linalg.svd(axis[None])
     curvature = []
