@@ -56,7 +56,7 @@ def test_a_run_leaves_its_folder(whole):
     names = {path.name for path in whole.iterdir()}
     assert names == {
         "run.toml", "run.json", "history.csv", "iterations.log", "convergence.log",
-        "fields.pvd", "fields", "checkpoint.npz", "overview.png",
+        "fields.pvd", "fields", "checkpoint.npz", "overview.png", "run.lock",
     }  # fmt: skip
     assert list(read_history(whole / "history.csv"))[-1] == "wall_time"
     record = json.loads((whole / "run.json").read_text())

@@ -26,8 +26,10 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
             records.skip(what)
         problem = build.problem(scene, records.news)
         reference = _reference(scene, problem, records)
+    space = problem.flow.space
+    records.wanted(first=(), flagged=(space.n_elements,), x=(space.n,))
     first = int(records.start.get("first", 0))
-    records.cut_back(first - 1, below=first)
+    records.cut_back()
     every = scene.output.fields_every
     with records.record.phase("run"):
         for step in _steps(problem, reference, records, first):

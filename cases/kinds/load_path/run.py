@@ -63,9 +63,8 @@ class _Steps:
         self.increment = float(start["increment"]) if start else None
         self.first, self.newton_before = (int(start.get(k, 0)) for k in ("step", "newton"))
         self.step, self.newton = self.first, self.newton_before
-        # half a step beyond the checkpoint: frames carry the load fraction as their time
-        last = (self.first + 0.5) / scene.load.steps if start else -1.0
-        records.cut_back(self.first if start else -1, last)
+        records.wanted(coefficients=posed.start.shape, increment=(), step=(), newton=())
+        records.cut_back()
         self.row: dict[str, float] = {}
 
     def follow(self) -> LoadPath | None:
