@@ -22,13 +22,12 @@ from ..scene_text import write
 from ..sections import Output, TimedScene
 from .atomic import RecordError, replacing
 from .recorder import Silent
-from .seals import Mark, Seals
+from .seals import CHECKPOINT, Mark, Seals
 
 if TYPE_CHECKING:
     from coupling import AcceptedStep, Outcome, Snapshot, State
 
 FORMAT = 2
-CHECKPOINT = "checkpoint.npz"
 FREE = "time.end, name, description and output"  # keys that do not enter the arithmetic
 
 

@@ -16,8 +16,9 @@ import numpy as np
 from .atomic import RecordError, digest, on_disk, remove_parts
 from .vtk import FOLDER, LIST, Frames, inside, read_frames, write_frames
 
-HISTORY = "history.csv"
+HISTORY, CHECKPOINT = "history.csv", "checkpoint.npz"
 GROWING = (HISTORY, "iterations.log", "convergence.log")
+FRAMES = "frame_*.vtu"
 OTHERS = (*GROWING, "run.json")
 KEYS = ("name", "size", "hash", "time")  # of the arrays in a checkpoint
 
@@ -67,7 +68,7 @@ class Seals:
                     inside(name): _Seal(*rest) for name, *rest in zip(names, *values, strict=True)
                 }
             except (KeyError, ValueError, TypeError) as error:
-                raise RecordError(f"the checkpoint lacks its seals: {error}") from error
+                raise RecordError(f"{CHECKPOINT} lacks its seals: {error}") from error
         self.frames: Frames = [
             (seal.time, name) for name, seal in self._sealed.items() if name not in GROWING
         ]
@@ -106,6 +107,8 @@ class Seals:
         RecordError
             A file that was changed or cut after the checkpoint had been written, or no history.
         """
+        if HISTORY not in self._sealed:  # every checkpoint comes after a row
+            raise RecordError(f"{CHECKPOINT} does not know {HISTORY}")
         lost = [name for name in self._sealed if not (self.folder / name).exists()]
         if HISTORY in lost:
             raise RecordError(
@@ -113,12 +116,15 @@ class Seals:
                 f"airfold run {self.folder / 'run.toml'} --out DIR"
             )
         for name, seal in self._sealed.items():
-            if name not in lost and digest(self.folder / name, seal.size) != seal.hash:
-                short = _size(self.folder / name) < seal.size
+            path = self.folder / name
+            if name not in lost and not self._as_sealed(path, seal, name in GROWING):
                 raise RecordError(
-                    f"{name} was {'cut' if short else 'changed'} after the checkpoint had been "
-                    f"written; put it back, or {_without(name, self.folder)}"
+                    f"{name} was {'cut' if _size(path) < seal.size else 'changed'} after the "
+                    f"checkpoint had been written; put it back, or {_without(name, self.folder)}"
                 )
+        for file in (self.folder / FOLDER).glob(FRAMES):
+            if not file.is_file():
+                raise RecordError(f"{FOLDER}/{file.name} is no file; remove it")
         if not (self.folder / "run.json").exists():
             lost.append("run.json")
         notes = [f"{name} was missing: begun anew" for name in lost if name in OTHERS]
@@ -126,6 +132,17 @@ class Seals:
             notes.append(f"{len(gone)} field files were missing, {gone[0]} the first")
             self.frames[:] = [frame for frame in self.frames if frame[1] not in gone]
         return notes + self._list_notes()
+
+    @staticmethod
+    def _as_sealed(path: Path, seal: _Seal, growing: bool) -> bool:
+        whole = growing or _size(path) == seal.size
+        return whole and digest(path, seal.size) == seal.hash
+
+    def last_row(self) -> dict[str, str]:
+        """The history's row at the checkpoint, by column."""
+        with open(self.folder / HISTORY, encoding="utf-8", newline="") as file:
+            lines = file.read(self._sealed[HISTORY].size).splitlines()
+        return dict(zip(lines[0].split(","), lines[-1].split(","), strict=False))
 
     def _list_notes(self) -> list[str]:
         try:
@@ -144,7 +161,7 @@ class Seals:
             elif path.exists():
                 os.truncate(path, self._sealed[name].size)
         kept = {name for _, name in self.frames}
-        for file in (self.folder / FOLDER).glob("frame_*.vtu"):
+        for file in (self.folder / FOLDER).glob(FRAMES):
             if f"{FOLDER}/{file.name}" not in kept:
                 file.unlink()
         if self.frames:
@@ -153,8 +170,8 @@ class Seals:
             (self.folder / LIST).unlink(missing_ok=True)
 
 
-def only_begun(folder: Path, rows: int) -> None:
-    """Refuse a folder whose checkpoint is missing although the run had got beyond its first one.
+def only_begun(folder: Path, rows: int) -> str:
+    """Say that a run begins anew; refuse a folder whose checkpoint must have been lost.
 
     Parameters
     ----------
@@ -168,12 +185,13 @@ def only_begun(folder: Path, rows: int) -> None:
         More than that is there.
     """
     counts = {name: _lines(folder / name) - 1 for name in GROWING}
-    frames = len(list((folder / FOLDER).glob("frame_*.vtu")))
+    frames = len(list((folder / FOLDER).glob(FRAMES)))
     if counts.pop(HISTORY) > rows or frames > rows or max(counts.values()) > 0:
         raise RecordError(
-            "checkpoint.npz is missing, but rows of many steps are there; put it back, or start "
+            f"{CHECKPOINT} is missing, but rows of many steps are there; put it back, or start "
             f"anew: airfold run {folder / 'run.toml'} --out DIR"
         )
+    return "earlier rows: there is no checkpoint yet, the run begins anew"
 
 
 def _without(name: str, folder: Path) -> str:

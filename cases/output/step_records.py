@@ -139,7 +139,7 @@ class StepRecords:
     def _load(self) -> None:
         path = self.folder / CHECKPOINT
         if not path.exists():
-            only_begun(self.folder, FIRST)
+            self.skip(only_begun(self.folder, FIRST))
             return
         self.start = read_arrays(path, self._hash, "name, description and output")
         self._seals = Seals(self.folder, self.start)

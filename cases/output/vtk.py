@@ -18,6 +18,8 @@ from .atomic import SUFFIX, RecordError, on_disk, replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
+    import meshio
+
     from coupling import AcceptedStep, Outcome
 
 FOLDER, LIST = "fields", "fields.pvd"
@@ -123,6 +125,24 @@ def write_grid(path: Path, grid: Mapping[str, Any]) -> None:
     meshio.write(part, mesh, file_format="vtu")
     on_disk(part)
     os.replace(part, path)
+
+
+def read_grid(path: Path) -> meshio.Mesh:
+    """A VTU file of `write_grid`.
+
+    Raises
+    ------
+    RecordError
+        A damaged file.
+    """
+    from meshio import vtu  # meshio.read would leave the program
+
+    try:
+        return vtu.read(path)
+    except OSError:
+        raise
+    except Exception as error:  # a damaged file can raise anything
+        raise RecordError(f"{path} is damaged: {type(error).__name__}: {error}") from error
 
 
 def read_frames(path: Path) -> Frames:

@@ -88,7 +88,7 @@ def _drawing(folder: Path) -> Iterator[None]:
         raise
     except (NoPicture, RecordError) as error:
         raise FolderError(str(error)) from error
-    except (Exception, SystemExit) as error:  # meshio exits; a damaged file can raise anything
+    except Exception as error:  # a damaged file can raise anything
         text = " ".join(str(error).split())
         raise FolderError(
             f"{folder} cannot be drawn, a file is damaged: {type(error).__name__}: {text}"

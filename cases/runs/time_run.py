@@ -113,11 +113,17 @@ def _saved(scene: TimedScene, folder: Path) -> tuple[Snapshot | None, Seals, lis
     """What a folder can be continued from, and what it has lost beside; nothing is changed."""
     file = folder / CHECKPOINT
     if not file.exists():
-        only_begun(folder, rows=1)
-        return None, Seals(folder), []
+        return None, Seals(folder), [only_begun(folder, rows=1)]
     arrays = read_arrays(file, scene_hash(scene))
     seals = Seals(folder, arrays)
-    return snapshot_of(arrays), seals, seals.verify()
+    snapshot, lost = snapshot_of(arrays), seals.verify()
+    row = seals.last_row()
+    if (float(row["step"]), float(row["t"])) != (snapshot.step, snapshot.state.t):
+        raise RecordError(
+            f"{CHECKPOINT} is of step {snapshot.step}, t = {snapshot.state.t:g}; the row of "
+            f"history.csv at it is of step {row['step']}, t = {row['t']}"
+        )
+    return snapshot, seals, lost
 
 
 def _refuse_unlike(snapshot: Snapshot, simulated: Simulated) -> None:
