@@ -41,9 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
         return code
     except OSError as error:
-        # the console itself is gone; Python would complain about it once more at the end
-        with suppress(OSError, ValueError, AttributeError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence_if_gone()
         if not isinstance(error, BrokenPipeError):
             with suppress(OSError):
                 print(f"error: {_reason(error)}", file=sys.stderr)
@@ -64,6 +62,16 @@ def _answered(options: argparse.Namespace) -> int:
     except MemoryError:
         print("error: out of memory", file=sys.stderr)
         return STUCK
+
+
+def _silence_if_gone() -> None:
+    """Send the output of a broken console nowhere: Python would complain once more at its end."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError), open(os.devnull, "w", encoding="utf-8") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _reason(error: OSError) -> str:

@@ -109,9 +109,9 @@ _WORDS: Mapping[str, list[tuple[str, str]]] = {
         ("end = ", "end = -"),
         ("dt = ", "dt = 1"),
         ('kind = "inflation"', 'kind = "shell"'),
-        ("fields_every = 2", "fields_every = 5"),
-        ("fields_every = 2", "fields_every = 0"),
-        ("end = 48.0", "end = 16.0"),
+        ("fields_every = 1", "fields_every = 5"),
+        ("fields_every = 1", "fields_every = 0"),
+        ("end = 32.0", "end = 8.0"),
     ],
 }  # fmt: skip
 

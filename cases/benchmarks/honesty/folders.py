@@ -20,7 +20,7 @@ from ...runs.folder import new_folder
 from ...runs.lock import locked
 from .damage import damages, flipped
 from .system import consoles, forbidden, full, killed, stopped
-from .verdict import SCENE, Bases, Trial, console, content, resumed, told
+from .verdict import SCENE, Trial, TriedRun, console, content, resumed, told
 
 FLIPS = 3000
 
@@ -41,11 +41,11 @@ def trials(quick: bool) -> list[Trial]:
     kinds = (damaged, bits, drawn, refusals, consoles, forbidden, full, stopped, killed)
     with tempfile.TemporaryDirectory() as name:
         place = Path(name).resolve()
-        bases = Bases.made(place)
+        bases = TriedRun.made(place)
         return [trial for kind in kinds for trial in kind(bases, place, quick)]
 
 
-def damaged(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def damaged(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Every file damaged in every way; the quick set is a seventh of them."""
     rng = np.random.default_rng(1)
     for i, (case, damage) in enumerate(damages(bases.cut)):
@@ -56,7 +56,7 @@ def damaged(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
         yield {"promise": "damaged folder", "case": case} | resumed(bases, folder, content(folder))
 
 
-def bits(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def bits(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Single bits."""
     rng = np.random.default_rng(2)
     for i in range(FLIPS // 30 if quick else FLIPS):
@@ -66,11 +66,11 @@ def bits(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
         shutil.rmtree(folder)
 
 
-def drawn(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def drawn(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Pictures of damaged folders."""
     rng = np.random.default_rng(3)
     for i, (case, damage) in enumerate(damages(bases.cut)):
-        if i % (80 if quick else 3):
+        if i % (120 if quick else 3):
             continue
         folder = bases.copied(place / f"drawn-{i}")
         damage(folder, rng)
@@ -78,7 +78,7 @@ def drawn(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
         yield told("report of a damaged folder", case, answer, good=(0,))
 
 
-def refusals(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def refusals(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """What the system or another process forbids."""
     (place / "file").write_text("")
     outs = {

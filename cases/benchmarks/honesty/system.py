@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ...output.checkpoint import CHECKPOINT, load
-from .verdict import SCENE, Answer, Bases, Trial, console, resumed, rows_of, told
+from .verdict import SCENE, Answer, Trial, TriedRun, console, resumed, rows_of, told
 
 FULL, KILLS, STOPS = 24, 20, 6
 TOUCHES = 105  # so often a run touches its files
@@ -23,7 +23,7 @@ NOBODY = 65534  # a user without rights, where the trials run as root
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def consoles(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def consoles(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Consoles that lack letters, were closed, or are full."""
     plain = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     yield told("console", "ASCII only", console("list", out=plain), good=[0])
@@ -58,7 +58,7 @@ def _quiet(case: str, answer: Answer) -> Trial:
     return {"promise": "console", "case": case, "held": held, "silent": False, "detail": detail}
 
 
-def forbidden(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def forbidden(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Folders that may be read only."""
     if not hasattr(os, "geteuid"):
         return
@@ -95,7 +95,7 @@ def _without_rights(place: Path) -> Iterator[None]:
         os.seteuid(0)
 
 
-def full(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def full(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """A disk that takes only so many bytes of a file, then has room again."""
     try:
         import resource
@@ -116,14 +116,14 @@ def full(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
         yield {"promise": "full disk", "case": f"{case}, resume"} | _again(bases, folder)
 
 
-def _again(bases: Bases, folder: Path) -> Trial:
+def _again(bases: TriedRun, folder: Path) -> Trial:
     """Resume what a broken run left; before its scene was written that is no run."""
     if not (folder / "run.toml").exists():
         return told("", "", console("resume", str(folder)))
     return resumed(bases, folder, known=0)
 
 
-def stopped(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def stopped(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Ctrl-C and SIGTERM: a checkpoint of the last step, and nothing is lost."""
     for name in ("SIGTERM",) if quick else ("SIGINT", "SIGTERM"):
         for case, codes, folder in _struck(name, place, 1 if quick else STOPS, seed=5, again=False):
@@ -136,7 +136,7 @@ def stopped(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
             yield trial | {"held": trial["held"] and ended, "detail": detail}
 
 
-def killed(bases: Bases, place: Path, quick: bool) -> Iterator[Trial]:
+def killed(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """kill -9, of the run and of its resume."""
     count, again = (1, False) if quick else (KILLS, True)
     for case, codes, folder in _struck("SIGKILL", place, count, seed=6, again=again):
