@@ -12,6 +12,7 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 from zipfile import BadZipFile, ZipFile
@@ -137,22 +138,18 @@ def read_arrays(path: Path, scene: str | None = None, free: str = FREE) -> dict[
     RecordError
         A damaged file, one of another version, or one of another scene.
     """
+    content = path.read_bytes()
     try:
-        # opened here: numpy leaves a broken archive open
-        with open(path, "rb") as stream:
-            with ZipFile(stream) as archive:  # before numpy believes the sizes it reads
-                if bad := archive.testzip():
-                    raise BadZipFile(f"{bad} is damaged")
-            stream.seek(0)
-            with np.load(stream, allow_pickle=False) as file:
-                arrays = dict(file)
+        with ZipFile(BytesIO(content)) as archive:  # before numpy believes the sizes it reads
+            if bad := archive.testzip():
+                raise BadZipFile(f"{bad} is damaged")
+        with np.load(BytesIO(content), allow_pickle=False) as file:
+            arrays = dict(file)
         found = str(arrays.pop("hash"))
         if (version := int(arrays["format"])) != FORMAT:
             raise ValueError(f"it has format {version}, this version of airfold reads {FORMAT}")
         if found != _hash(arrays):
             raise ValueError("it was changed after it had been written")
-    except OSError:
-        raise
     except Exception as error:  # a damaged archive can raise anything
         raise RecordError(f"{path.name} cannot be continued from: {_said(error)}") from error
     arrays.pop("format")

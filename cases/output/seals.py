@@ -140,8 +140,8 @@ class Seals:
 
     def last_row(self) -> dict[str, str]:
         """The history's row at the checkpoint, by column."""
-        with open(self.folder / HISTORY, encoding="utf-8", newline="") as file:
-            lines = file.read(self._sealed[HISTORY].size).splitlines()
+        with open(self.folder / HISTORY, "rb") as file:
+            lines = file.read(self._sealed[HISTORY].size).decode().splitlines()
         return dict(zip(lines[0].split(","), lines[-1].split(","), strict=False))
 
     def _list_notes(self) -> list[str]:

@@ -90,15 +90,26 @@ class StepRecords:
         """Seconds since the start of this session."""
         return time.perf_counter() - self._began
 
-    def wanted(self, **shapes: tuple[int, ...]) -> None:
-        """Refuse a `start` whose numbers are missing, not finite, or of another shape.
+    def wanted(self, steps: str, ahead: int, **shapes: tuple[int, ...]) -> None:
+        """Refuse a `start` that no run of this scene can have written.
+
+        Parameters
+        ----------
+        steps : str
+            Name of the array that counts steps.
+        ahead : int
+            How far it is ahead of the last row's step.
+        **shapes : tuple of int
+            Of the arrays by name, which must hold finite numbers.
 
         Raises
         ------
         RecordError
-            With the name and both shapes.
+            With the name and what is wrong.
         """
-        for name, shape in shapes.items() if self.start else ():
+        if not self.start:
+            return
+        for name, shape in {steps: (), **shapes}.items():
             array = self.start.get(name, np.array("missing"))
             number = array.dtype.kind in "biuf" and np.isfinite(array).all()
             if array.shape != shape or not number:
@@ -106,6 +117,11 @@ class StepRecords:
                     f"{CHECKPOINT} cannot be continued from: {name} of shape {array.shape} and "
                     f"type {array.dtype}; finite numbers of shape {shape} are wanted"
                 )
+        if (row := self._seals.last_row()["step"]) != str(self.start[steps] - ahead):
+            raise RecordError(
+                f"{CHECKPOINT} cannot be continued from: {steps} = {self.start[steps]} after the "
+                f"row of step {row} in history.csv"
+            )
 
     def cut_back(self) -> None:
         """Drop the rows and frames that are to be taken again."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from .. import loader
 from ..output.atomic import RecordError
 from ..output.step_records import StepResult
 from ..output.vtk import inside
+from ..scene_text import write
 from ..sections import AnyScene
 
 LOCK = "run.lock"  # who writes here; empty when nobody does
@@ -70,7 +72,8 @@ def new_folder(scene: AnyScene, out: str | Path | None) -> Path:
         if folder.is_file():
             raise FolderError(f"{folder} is a file; choose another --out")
         folder.mkdir(parents=True, exist_ok=True)
-        refuse_used(folder)
+        if not (folder / LOCK).exists():  # else who writes there is asked first
+            refuse_used(folder)
         return folder
     n = 1
     while True:
@@ -110,6 +113,28 @@ def scene_of(folder: Path) -> AnyScene:
     if not (folder / "run.toml").exists():
         raise FolderError(f"{folder} holds no run.toml; start a run there: airfold run SCENE --out")
     return loader.read(folder / "run.toml")
+
+
+def refuse_cut(folder: Path, scene: AnyScene) -> None:
+    """Refuse a run.toml that lacks keys: it was written with all of them.
+
+    Raises
+    ------
+    FolderError
+        With the first one.
+    """
+    found = _keys((folder / "run.toml").read_text(encoding="utf-8"))
+    if lacking := [key for key in _keys(write(scene)) if key not in found]:
+        raise FolderError(f"{folder}: run.toml lacks {lacking[0]}, it was cut; put it back")
+
+
+def _keys(text: str) -> list[str]:
+    """Paths of all keys of a scene file."""
+    return [
+        f"{name}.{key}"
+        for name, part in tomllib.loads(text).items()
+        for key in (part if isinstance(part, dict) else ("",))
+    ]
 
 
 def _file_name(name: str) -> str:

@@ -11,7 +11,7 @@ from ..kinds.kind import StepKind, TimeKind
 from ..output.atomic import RecordError, replacing
 from ..scene_text import write
 from ..sections import AnyScene, TimedScene
-from .folder import Finished, FolderError, refuse_used, scene_of
+from .folder import Finished, FolderError, refuse_cut, refuse_used, scene_of
 from .lock import locked
 from .step_run import run_steps
 from .time_run import run_in_time
@@ -59,8 +59,10 @@ def resume(
     """
     scene_of(folder)
     with locked(folder):
+        scene = scene_of(folder)
+        refuse_cut(folder, scene)
         try:
-            return _run(scene_of(folder), folder, console, tolerances, resume=True)
+            return _run(scene, folder, console, tolerances, resume=True)
         except RecordError as error:
             raise FolderError(f"{folder}: {error}") from error
 

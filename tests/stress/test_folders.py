@@ -16,12 +16,12 @@ from cases.benchmarks.honesty import folders
 
 ROOT = Path(__file__).resolve().parents[2]
 LEAST = {
-    "damaged folder": (40, 300),
+    "damaged folder": (55, 600),
     "bit flip": (100, 3000),
     "report of a damaged folder": (3, 100),
     "refused place": (4, 4),
     "refused name": (8, 8),
-    "two writers": (4, 4),
+    "two writers": (5, 5),
     "console": (5, 5),
 }
 POSIX = {"read-only folder": (5, 5), "full disk": (8, 48), "stopped": (1, 12), "killed": (1, 20)}

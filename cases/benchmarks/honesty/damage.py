@@ -43,6 +43,7 @@ def damages(folder: Path) -> Iterator[tuple[str, Damage]]:
             for signed in (False, True):
                 how = "hashed" if signed else "edited"
                 yield f"{CHECKPOINT}: {how}, {key} = {value}", _posed(key, value, signed)
+    yield "run.toml: without its last table", _changed("run.toml", _without_tail)
     yield "fields/: deleted", _no_frames
     yield "everything but run.toml: deleted", _only_scene
     yield "history and checkpoint: deleted", _no_rows
@@ -122,6 +123,7 @@ _VALUES: Mapping[str, list[Any]] = {
     "pressure": [np.nan, 1j, None],
     "coefficients": [0.0, [[1.0, 2.0, 3.0]], [np.nan], [[1j]], [["a"]], None],
     "velocity": [0.0, [[1.0, 2.0, 3.0]], [[np.inf]], [[1]], None],
+    "increment": [np.nan, [1.0], None],
     "accumulated.pressure_work": [np.nan, "x", None],
     "format": [1, 99, "x", None],
     "scene": ["0", 3.0, None],
@@ -157,6 +159,10 @@ def _digit(line: str) -> str:
     return line[:i] + str((int(line[i]) + 1) % 10) + line[i + 1 :]
 
 
+def _without_tail(data: bytes, rng: np.random.Generator) -> bytes:
+    return data[: data.rindex(b"\n[")]
+
+
 def _deleted(name: str) -> Damage:
     return lambda folder, rng: (folder / name).unlink()
 
@@ -185,7 +191,7 @@ def _posed(key: str, value: Any, signed: bool) -> Damage:
         path = folder / CHECKPOINT
         with np.load(path) as file:
             arrays = dict(file)
-        arrays.pop(key)
+        arrays.pop(key, None)
         if value is not None:
             arrays[key] = np.asarray(value)
         if signed and key not in ("format", "scene", "hash"):

@@ -41,65 +41,71 @@ def trials(quick: bool) -> list[Trial]:
     kinds = (damaged, bits, drawn, refusals, consoles, forbidden, full, stopped, killed)
     with tempfile.TemporaryDirectory() as name:
         place = Path(name).resolve()
-        bases = TriedRun.made(place)
-        return [trial for kind in kinds for trial in kind(bases, place, quick)]
+        tried = TriedRun.inflated(place)
+        return [trial for kind in kinds for trial in kind(tried, place, quick)]
 
 
-def damaged(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def damaged(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Every file damaged in every way; the quick set is a seventh of them."""
+    yield from _damaged(tried, place, 7 if quick else 1)
+    yield from _damaged(TriedRun.loaded(place), place, 29 if quick else 1)
+
+
+def _damaged(tried: TriedRun, place: Path, every: int) -> Iterator[Trial]:
     rng = np.random.default_rng(1)
-    for i, (case, damage) in enumerate(damages(bases.cut)):
-        if quick and i % 7:
+    for i, (name, damage) in enumerate(damages(tried.cut)):
+        if i % every:
             continue
-        folder = bases.copied(place / f"damaged-{i}")
+        folder = tried.copied(place / f"{tried.cut.name}-{i}")
         damage(folder, rng)
-        yield {"promise": "damaged folder", "case": case} | resumed(bases, folder, content(folder))
+        case = f"{tried.cut.name}: {name}"
+        yield {"promise": "damaged folder", "case": case} | resumed(tried, folder, content(folder))
 
 
-def bits(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def bits(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Single bits."""
     rng = np.random.default_rng(2)
     for i in range(FLIPS // 30 if quick else FLIPS):
-        folder = bases.copied(place / f"bit-{i}")
+        folder = tried.copied(place / f"bit-{i}")
         case = flipped(folder, rng)
-        yield {"promise": "bit flip", "case": case} | resumed(bases, folder, content(folder))
+        yield {"promise": "bit flip", "case": case} | resumed(tried, folder, content(folder))
         shutil.rmtree(folder)
 
 
-def drawn(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def drawn(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Pictures of damaged folders."""
     rng = np.random.default_rng(3)
-    for i, (case, damage) in enumerate(damages(bases.cut)):
+    for i, (case, damage) in enumerate(damages(tried.cut)):
         if i % (120 if quick else 3):
             continue
-        folder = bases.copied(place / f"drawn-{i}")
+        folder = tried.copied(place / f"drawn-{i}")
         damage(folder, rng)
         answer = console("report", str(folder))
         yield told("report of a damaged folder", case, answer, good=(0,))
 
 
-def refusals(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def refusals(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """What the system or another process forbids."""
     (place / "file").write_text("")
     outs = {
         "--out below a file": place / "file" / "run",
         "--out is a file": place / "file",
         "overlong name": place / ("x" * 300),
-        "a folder in use": bases.cut,
+        "a folder in use": tried.cut,
     }
     for case, out in outs.items():
         yield told("refused place", case, console("run", *SCENE, "--out", str(out)))
     for name in ("../../x", "/x", "a/b", "", "..", "x" * 300, "a\nb", "C:x"):
         answer = console("run", *SCENE, "--set", f"name='''{name}'''")
         yield told("refused name", repr(name)[:30], answer)
-    folder = bases.copied(place / "locked")
+    folder = tried.copied(place / "locked")
     with locked(folder):
-        answer = console("resume", str(folder))
-        trial = told("two writers", "resume of a folder in use", answer)
-        trial["held"] &= f"process {os.getpid()}" in answer.err
-        yield trial
+        for words in (["resume"], ["run", *SCENE, "--out"]):
+            answer = console(*words, str(folder))
+            trial = told("two writers", f"{words[0]} into a folder in use", answer)
+            yield trial | {"held": trial["held"] and f"process {os.getpid()}" in answer.err}
         yield told("two writers", "report of a folder in use", console("report", str(folder)), [0])
-    yield {"promise": "two writers", "case": "resume afterwards"} | resumed(bases, folder)
+    yield {"promise": "two writers", "case": "resume afterwards"} | resumed(tried, folder)
     scene = loader.read(SCENE[0], [f"name='{place.name}'"])
     with contextlib.chdir(place), ThreadPoolExecutor(8) as pool:
         made = list(pool.map(lambda _: new_folder(scene, None), range(40)))

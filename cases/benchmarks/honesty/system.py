@@ -23,7 +23,7 @@ NOBODY = 65534  # a user without rights, where the trials run as root
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def consoles(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def consoles(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Consoles that lack letters, were closed, or are full."""
     plain = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     yield told("console", "ASCII only", console("list", out=plain), good=[0])
@@ -36,7 +36,7 @@ def consoles(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
         yield _quiet("closed pipe", console("list", out=pipe))
     words = ("run", *SCENE, "--out", str(place / "piped"))
     yield _quiet("pipe closed in a run", console(*words, out=_Closing()))
-    yield {"promise": "console", "case": "resume afterwards"} | resumed(bases, place / "piped")
+    yield {"promise": "console", "case": "resume afterwards"} | resumed(tried, place / "piped")
     if os.path.exists("/dev/full"):
         with open("/dev/full", "w", encoding="utf-8") as device:
             yield told("console", "full device", console("list", out=device))
@@ -58,11 +58,11 @@ def _quiet(case: str, answer: Answer) -> Trial:
     return {"promise": "console", "case": case, "held": held, "silent": False, "detail": detail}
 
 
-def forbidden(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def forbidden(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Folders that may be read only."""
     if not hasattr(os, "geteuid"):
         return
-    folder = bases.copied(place / "forbidden")
+    folder = tried.copied(place / "forbidden")
     for path in (*folder.rglob("*"), folder):
         path.chmod(0o555 if path.is_dir() else 0o444)
     (place / "closed").mkdir(mode=0o555)
@@ -78,7 +78,7 @@ def forbidden(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
         path.chmod(0o755)
     for case, answer in answers.items():
         yield told("read-only folder", case, answer)
-    yield {"promise": "read-only folder", "case": "resume afterwards"} | resumed(bases, folder)
+    yield {"promise": "read-only folder", "case": "resume afterwards"} | resumed(tried, folder)
 
 
 @contextmanager
@@ -95,7 +95,7 @@ def _without_rights(place: Path) -> Iterator[None]:
         os.seteuid(0)
 
 
-def full(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def full(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """A disk that takes only so many bytes of a file, then has room again."""
     try:
         import resource
@@ -103,7 +103,7 @@ def full(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
         return
     rng = np.random.default_rng(4)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    largest = max(path.stat().st_size for path in bases.whole.rglob("*"))
+    largest = max(path.stat().st_size for path in tried.whole.rglob("*"))
     for i, limit in enumerate(rng.integers(largest, size=4 if quick else FULL)):
         folder = place / f"full-{i}"
         resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), before[1]))
@@ -113,34 +113,34 @@ def full(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
         case = f"{limit} bytes a file"
         yield told("full disk", case, answer)
-        yield {"promise": "full disk", "case": f"{case}, resume"} | _again(bases, folder)
+        yield {"promise": "full disk", "case": f"{case}, resume"} | _again(tried, folder)
 
 
-def _again(bases: TriedRun, folder: Path) -> Trial:
+def _again(tried: TriedRun, folder: Path) -> Trial:
     """Resume what a broken run left; before its scene was written that is no run."""
     if not (folder / "run.toml").exists():
         return told("", "", console("resume", str(folder)))
-    return resumed(bases, folder, known=0)
+    return resumed(tried, folder, known=0)
 
 
-def stopped(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def stopped(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """Ctrl-C and SIGTERM: a checkpoint of the last step, and nothing is lost."""
     for name in ("SIGTERM",) if quick else ("SIGINT", "SIGTERM"):
         for case, codes, folder in _struck(name, place, 1 if quick else STOPS, seed=5, again=False):
             rows = rows_of(folder / "history.csv")[1:]
             saved = load(folder / CHECKPOINT).step if (folder / CHECKPOINT).exists() else -1
             behind = len(rows) - 1 - saved  # the row that was being written may lie beyond
-            trial = {"promise": "stopped", "case": case} | _again(bases, folder)
+            trial = {"promise": "stopped", "case": case} | _again(tried, folder)
             ended = behind <= 1 and codes[0] in (0, 130, -signal.SIGTERM)
             detail = f"{codes}, {behind} rows beyond; {trial['detail']}"
             yield trial | {"held": trial["held"] and ended, "detail": detail}
 
 
-def killed(bases: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
+def killed(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
     """kill -9, of the run and of its resume."""
     count, again = (1, False) if quick else (KILLS, True)
     for case, codes, folder in _struck("SIGKILL", place, count, seed=6, again=again):
-        trial = {"promise": "killed", "case": case} | _again(bases, folder)
+        trial = {"promise": "killed", "case": case} | _again(tried, folder)
         yield trial | {"detail": f"{codes}; {trial['detail']}"}
 
 

@@ -1,6 +1,6 @@
 """The run of the trials, and the verdict on what becomes of its folder.
 
-The run is the smallest that has everything: a bag without fluid, four steps.
+The runs are the smallest that have everything: a bag without fluid and a load path, four steps.
 """
 
 from __future__ import annotations
@@ -23,12 +23,19 @@ from .damage import files, sessions
 
 Trial = dict[str, Any]
 CONSOLE = "cases.cli"  # by its name: it is what is tried, and stands above benchmarks
-STEPS, CHECKPOINT_AT, COPIED_AT = 4, 2, 3
-SCENE = ["pancake-pressure"]
-for _item in ("mesh.degree=2", "mesh.around=4", "time.dt=8", f"time.end={8 * STEPS}",
-              f"output.checkpoint_every={CHECKPOINT_AT}", "output.fields_every=1",
-              "output.picture=false"):  # fmt: skip
-    SCENE += ["--set", _item]
+
+
+def _scene(name: str, *items: str) -> list[str]:
+    items = (*items, "output.fields_every=1", "output.picture=false")
+    return [name, *(word for item in items for word in ("--set", item))]
+
+
+SCENE = _scene(
+    "pancake-pressure",
+    *("mesh.degree=2", "mesh.around=4", "time.dt=8", "time.end=32", "output.checkpoint_every=2"),
+)
+PATH = _scene("cantilever-shear", "load.steps=4")
+COPIED_AT = 3  # step at which a folder is copied
 PATIENCE = 60  # seconds until a trial counts as an endless loop
 
 
@@ -86,50 +93,77 @@ def console(*words: str, out: io.TextIOBase | None = None) -> Answer:
 
 @dataclass(frozen=True)
 class TriedRun:
-    """A run that was left alone, and its folder as a kill between two checkpoints leaves it."""
+    """A run that was left alone, and its folder as a kill between two checkpoints leaves it.
+
+    Attributes
+    ----------
+    whole, cut : Path
+    step : int
+        Of the copy's checkpoint.
+    time : float
+        Of the frame at that step.
+    """
 
     whole: Path
     cut: Path
+    step: int
+    time: float
 
     @classmethod
-    def made(cls, place: Path) -> TriedRun:
+    def made(cls, place: Path, scene: Sequence[str], step: int, time: float) -> TriedRun:
         """Run it once; the copy is taken when the console tells of a step."""
-        bases = cls(place / "whole", place / "cut")
+        tried = cls(place / f"whole-{scene[0]}", place / f"cut-{scene[0]}", step, time)
 
         class Witness(io.StringIO):
             def write(self, text: str) -> int:
                 if f"step {COPIED_AT:4d}" in text:
-                    shutil.copytree(bases.whole, bases.cut)
+                    shutil.copytree(tried.whole, tried.cut)
                 return super().write(text)
 
-        answer = console("run", *SCENE, "--out", str(bases.whole), out=Witness())
+        answer = console("run", *scene, "--out", str(tried.whole), out=Witness())
         assert answer.code == 0, answer.err
-        return bases
+        return tried
+
+    @classmethod
+    def inflated(cls, place: Path) -> TriedRun:
+        """A bag without fluid, a checkpoint every other step."""
+        return cls.made(place, SCENE, 2, 16.0)
+
+    @classmethod
+    def loaded(cls, place: Path) -> TriedRun:
+        """A load path, a checkpoint every step."""
+        return cls.made(place, PATH, COPIED_AT, COPIED_AT / 4)
 
     def copied(self, place: Path) -> Path:
         """A new folder to damage."""
         return Path(shutil.copytree(self.cut, place))
 
 
-def lost(whole: Path, folder: Path, news: str, before: int = 1) -> list[str]:
+def lost(tried: TriedRun, folder: Path, news: str, before: int = 1) -> list[str]:
     """Records that a resumed run has lost against the one left alone, and that it did not tell.
 
     Parameters
     ----------
-    whole, folder : Path
+    tried : TriedRun
+    folder : Path
     news : str
         What the console said.
     before : int
         Least number of sessions in run.json before.
     """
+    whole = tried.whole
     try:
         same = loader.read(folder / "run.toml") == loader.read(whole / "run.toml")
     except SceneError:
         same = False
     names = ["history.csv", "iterations.log", "convergence.log"]
-    different = [name for name in names if not _kept(whole / name, folder / name, same)]
+    different = [
+        name
+        for name in names
+        if not _kept(whole / name, folder / name, None if same else tried.step)
+    ]
     frames = read_frames(folder / "fields.pvd")
-    wanted = [f for f in read_frames(whole / "fields.pvd") if same or f[0] <= 8 * CHECKPOINT_AT]
+    wanted = [f for f in read_frames(whole / "fields.pvd") if same or f[0] <= tried.time]
     if not all(
         frame in frames and (folder / frame[1]).read_bytes() == (whole / frame[1]).read_bytes()
         for frame in wanted
@@ -141,13 +175,12 @@ def lost(whole: Path, folder: Path, news: str, before: int = 1) -> list[str]:
     return [name for name in different if not any(name in line for line in announced)]
 
 
-def _kept(whole: Path, found: Path, same: bool) -> bool:
-    """Whether all rows are there; with another scene (a later end), those up to the checkpoint."""
+def _kept(whole: Path, found: Path, step: int | None) -> bool:
+    """Whether all rows are there; with another scene (a later end), those up to a step."""
     a, b = (rows_of(path) for path in (whole, found))
-    if same:
+    if step is None:
         return a == b
-    step = (lambda row: int(row[0].split()[0])) if whole.suffix == ".log" else (lambda r: int(r[0]))
-    kept = [row for row in a[1:] if step(row) <= CHECKPOINT_AT]
+    kept = [row for row in a[1:] if int(row[0].split()[0]) <= step]
     return b[1 : len(kept) + 1] == kept
 
 
@@ -163,13 +196,13 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 def resumed(
-    bases: TriedRun, folder: Path, before: dict[str, bytes] | None = None, known: int = 1
+    tried: TriedRun, folder: Path, before: dict[str, bytes] | None = None, known: int = 1
 ) -> Trial:
     """Verdict on a resume: all records of the whole run, or one message and nothing touched.
 
     Parameters
     ----------
-    bases : TriedRun
+    tried : TriedRun
     folder : Path
     before : mapping, optional
         The folder's `content`; without it a refusal is no good answer.
@@ -178,7 +211,7 @@ def resumed(
     """
     answer = console("resume", str(folder))
     if answer.code == 0:
-        gone = lost(bases.whole, folder, answer.out, known)
+        gone = lost(tried, folder, answer.out, known)
         return {"held": not gone, "silent": bool(gone), "detail": ", ".join(gone) or "completed"}
     detail = answer.err.strip().replace(str(folder), "DIR")
     untouched = before is not None and content(folder) == before

@@ -27,7 +27,7 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
         problem = build.problem(scene, records.news)
         reference = _reference(scene, problem, records)
     space = problem.flow.space
-    records.wanted(first=(), flagged=(space.n_elements,), x=(space.n,))
+    records.wanted("first", 1, flagged=(space.n_elements,), x=(space.n,))
     first = int(records.start.get("first", 0))
     records.cut_back()
     every = scene.output.fields_every
