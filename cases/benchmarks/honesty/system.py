@@ -119,7 +119,8 @@ def full(tried: TriedRun, place: Path, quick: bool) -> Iterator[Trial]:
 def _again(tried: TriedRun, folder: Path) -> Trial:
     """Resume what a broken run left; before its scene was written that is no run."""
     if not (folder / "run.toml").exists():
-        return told("", "", console("resume", str(folder)))
+        trial = told("", "", console("resume", str(folder)))
+        return {key: trial[key] for key in ("held", "silent", "detail")}
     return resumed(tried, folder, known=0)
 
 

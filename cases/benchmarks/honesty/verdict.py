@@ -157,11 +157,8 @@ def lost(tried: TriedRun, folder: Path, news: str, before: int = 1) -> list[str]
     except SceneError:
         same = False
     names = ["history.csv", "iterations.log", "convergence.log"]
-    different = [
-        name
-        for name in names
-        if not _kept(whole / name, folder / name, None if same else tried.step)
-    ]
+    last = None if same else tried.step
+    different = [name for name in names if not _kept(whole / name, folder / name, last)]
     frames = read_frames(folder / "fields.pvd")
     wanted = [f for f in read_frames(whole / "fields.pvd") if same or f[0] <= tried.time]
     if not all(
