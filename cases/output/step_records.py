@@ -124,8 +124,9 @@ class StepRecords:
             )
 
     def cut_back(self) -> None:
-        """Drop the rows and frames that are to be taken again."""
+        """Drop the rows and frames that are to be taken again; the session begins."""
         self._seals.restore()
+        self.record.write()
 
     def row(self, row: Mapping[str, float]) -> None:
         """Add a row to history.csv."""

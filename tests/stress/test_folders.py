@@ -72,7 +72,16 @@ def test_a_read_only_installation_runs(tmp_path):
     for path in (*tree.rglob("*"), tree):
         path.chmod(0o555 if path.is_dir() else 0o444)
     rights = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
-    run = ["run", "cantilever-shear", "--set", "load.steps=2", "--out", str(tmp_path / "run")]
+    run = [
+        "run",
+        "cantilever-shear",
+        "--set",
+        "load.steps=2",
+        "--set",
+        "output.picture=false",
+        "--out",
+        str(tmp_path / "run"),
+    ]
     here = {"HOME": "/proc/nobody", "TMPDIR": str(tmp_path), "PYTHONPATH": str(tree)}
     done = subprocess.run(
         [*rights, sys.executable, "-m", "cases.cli", *run],

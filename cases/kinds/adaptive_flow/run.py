@@ -25,9 +25,9 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
         for what in build.skipped(scene):
             records.skip(what)
         problem = build.problem(scene, records.news)
+        space = problem.flow.space
+        records.wanted("first", 1, flagged=(space.n_elements,), x=(space.n,))
         reference = _reference(scene, problem, records)
-    space = problem.flow.space
-    records.wanted("first", 1, flagged=(space.n_elements,), x=(space.n,))
     first = int(records.start.get("first", 0))
     records.cut_back()
     every = scene.output.fields_every
