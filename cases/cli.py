@@ -1,19 +1,26 @@
 """The console: airfold list | check | run | resume | bench | report.
 
-Exit codes: 0 completed, 1 the run could not go on, 2 bad input, 130 stopped by the user. Imports
-are lazy: help, list and the validation of scenes load neither numba nor scikit-fem.
+Exit codes: 0 completed; 1 the run could not go on, or the system refused (disk full, no permission,
+closed pipe); 2 bad input, a folder in use or a damaged one; 130 stopped by Ctrl-C or SIGTERM, with
+a checkpoint of the last accepted step. Every failure is one message. Imports are lazy: help, list
+and the validation of scenes load neither numba nor scikit-fem.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import loader
 from .kinds import KINDS
+from .output.atomic import RecordError
 from .output.forecast import show
 from .sections import SceneError
 
@@ -25,14 +32,76 @@ COMPLETED, STUCK, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of the ``airfold`` command; returns the exit code."""
-    options = _parser().parse_args(arguments)
+    try:
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):  # a console may lack letters: show their codes
+                stream.reconfigure(errors="backslashreplace")
+        code = _answered(_parser().parse_args(arguments))
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
+    except OSError as error:
+        _silence_if_gone()
+        if not isinstance(error, BrokenPipeError):
+            with suppress(OSError):
+                print(f"error: {_reason(error)}", file=sys.stderr)
+        return STUCK
+
+
+def _answered(options: argparse.Namespace) -> int:
+    """Exit code of a command; its failures are told."""
     try:
         return options.command(options)
     except SceneError as error:
         return _bad_input(error.errors)
+    except (RecordError, UnicodeError) as error:
+        return _bad_input([str(error)])
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         return STOPPED
+    except MemoryError:
+        print("error: out of memory", file=sys.stderr)
+        return STUCK
+
+
+def _silence_if_gone() -> None:
+    """Send the output of a broken console nowhere: Python would complain once more at its end."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError), open(os.devnull, "w", encoding="utf-8") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
+
+
+def _reason(error: OSError) -> str:
+    """What the system said, and of which file."""
+    where = f"{error.filename}: " if error.filename is not None else ""
+    return f"{where}{error.strerror or error}"
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """SIGTERM, and a lost terminal, stop a run as Ctrl-C does."""
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    signals = [getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")]
+    ours = [
+        number
+        for number in signals
+        if number is not None
+        and threading.current_thread() is threading.main_thread()
+        and signal.getsignal(number) is signal.SIG_DFL  # not under nohup
+    ]
+    try:
+        for number in ours:
+            signal.signal(number, stop)
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -115,7 +184,12 @@ def _run(options: argparse.Namespace) -> int:
     except FolderError as error:
         return _bad_input([str(error)])
     print(f"{scene.name}: {scene.description}\nrun folder: {folder}", flush=True)
-    return _ended(start(scene, folder, Console()), folder)
+    try:
+        with _stoppable():
+            finished = start(scene, folder, Console())
+    except FolderError as error:
+        return _bad_input([str(error)])
+    return _ended(finished, folder)
 
 
 def _resume(options: argparse.Namespace) -> int:
@@ -125,7 +199,8 @@ def _resume(options: argparse.Namespace) -> int:
     from .runs.start import resume
 
     try:
-        finished = resume(options.folder, Console())
+        with _stoppable():
+            finished = resume(options.folder, Console())
     except FolderError as error:
         return _bad_input([str(error)])
     return _ended(finished, options.folder)
@@ -162,7 +237,8 @@ def _ended(finished: Finished, folder: Path) -> int:
     """Last lines of a run: its result, then its picture or how to go on."""
     outcome = finished.outcome
     if outcome is None:
-        print(f"stopped; continue with: airfold resume {folder}")
+        saved = f"{finished.saved} is saved" if finished.saved else "before the first step"
+        print(f"stopped; {saved}; continue with: airfold resume {folder}")
         return STOPPED
     if outcome.result.ok:
         print(f"completed at {outcome.where}: {outcome.summary}")

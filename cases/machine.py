@@ -1,10 +1,10 @@
-"""What a run or a benchmark ran on: processor, threads, memory, versions."""
+"""What a run or a benchmark ran on: processor, threads, memory, versions; where numba may write."""
 
 from __future__ import annotations
 
 import os
 import platform
-from importlib.metadata import PackageNotFoundError, version
+import stat
 from pathlib import Path
 
 PACKAGES = ("airfold", "numpy", "scipy", "numba", "scikit-fem", "meshio")
@@ -13,6 +13,8 @@ THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that enter the numbers."""
+    from importlib.metadata import PackageNotFoundError, version
+
     found = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -46,6 +48,41 @@ def memory_bytes() -> int:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
         return 0
+
+
+def keep_compiled_code() -> None:
+    """Let numba keep its machine code among temporary files where it may write nowhere else.
+
+    It writes beside the modules or below the home, and without a place refuses to load them: a
+    read-only installation. Must be called before numba is imported.
+    """
+    try:
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:  # nobody's home
+        home = Path(os.sep)
+    places = (Path(__file__).parents[1] / "hbem" / "__pycache__", home / "numba")
+    if "NUMBA_CACHE_DIR" not in os.environ and not any(map(_writable, places)):
+        os.environ["NUMBA_CACHE_DIR"] = _private_folder("airfold-numba")
+
+
+def _writable(folder: Path) -> bool:
+    """Whether a folder can be written to, or made."""
+    nearest = next(path for path in (folder, *folder.parents) if path.exists())
+    return nearest.is_dir() and os.access(nearest, os.W_OK)
+
+
+def _private_folder(name: str) -> str:
+    """A temporary folder that outlives the process and that nobody else can write to."""
+    import tempfile
+
+    user = getattr(os, "getuid", lambda: "user")()
+    folder = Path(tempfile.gettempdir()) / f"{name}-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    foreign = user != "user" and (found.st_uid != user or found.st_mode & 0o077)
+    if foreign or not stat.S_ISDIR(found.st_mode):  # what is loaded from there is executed
+        return tempfile.mkdtemp(prefix=name)
+    return str(folder)
 
 
 def _processor() -> str:

@@ -1,17 +1,23 @@
 """Files replaced as a whole: a reader, or a run killed at any moment, sees old or new, never half.
 
-Growing text files are only appended to by complete lines; ``keep_lines`` cuts them back.
+Growing text files are only appended to by complete lines; what lies beyond the length that the
+checkpoint knows is cut off when a run goes on.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 SUFFIX = ".part"
+
+
+class RecordError(ValueError):
+    """A file of a run folder that cannot be used, and what to do about it."""
 
 
 @contextmanager
@@ -25,14 +31,20 @@ def replacing(path: Path, mode: str = "w") -> Iterator[IO]:
     os.replace(part, path)
 
 
-def keep_lines(path: Path, keep: Callable[[str], bool]) -> None:
-    """Keep the header and those complete lines of a text file that ``keep`` accepts."""
-    if not path.exists():
-        return
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    complete = [line for line in lines if line.endswith("\n")]
-    with replacing(path) as file:
-        file.writelines(complete[:1] + [line for line in complete[1:] if keep(line)])
+def on_disk(path: Path) -> None:
+    """Return when a file is on the disk, not in the system's memory alone."""
+    with open(path, "rb+") as file:
+        os.fsync(file.fileno())
+
+
+def digest(path: Path, size: int) -> str:
+    """Hash of the first ``size`` bytes of a file; empty if it is shorter."""
+    found, left = hashlib.sha256(), size
+    with open(path, "rb") as file:
+        while left and (block := file.read(min(left, 1 << 20))):
+            found.update(block)
+            left -= len(block)
+    return "" if left else found.hexdigest()
 
 
 def remove_parts(folder: Path) -> None:

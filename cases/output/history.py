@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..sections import Physical
-from .atomic import keep_lines
+from .atomic import RecordError
 from .recorder import Silent
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class History(Silent):
     def __init__(self, path: Path, physical: Physical | None = None):
         self.path = path
         self._units = _units(physical) if physical else {}
+        self._columns: list[str] = []
 
     def on_start(self, step: AcceptedStep) -> None:
         self.append(step.row)
@@ -43,14 +44,14 @@ class History(Silent):
     def on_accepted(self, step: AcceptedStep) -> None:
         self.append(step.row)
 
-    def cut_back(self, step: int) -> None:
-        """Drop the rows after ``step`` and a half-written last line."""
-        keep_lines(self.path, lambda line: int(line.split(",", 1)[0]) <= step)
-        if self.path.exists() and not self.path.stat().st_size:
-            self.path.unlink()
-
     def append(self, row: Mapping[str, float]) -> None:
-        """Add one row; the first one makes the header."""
+        """Add one row; the first one makes the header.
+
+        Raises
+        ------
+        RecordError
+            The file has other columns than the row.
+        """
         physical = {f"{k}_si": row[k] * unit for k, unit in self._units.items() if k in row}
         full = {**row, **physical}
         if LAST in full:
@@ -58,18 +59,35 @@ class History(Silent):
         text = ",".join(_digits(value) for value in full.values()) + "\n"
         if not self.path.exists():
             text = ",".join(full) + "\n" + text
+            self._columns = list(full)
+        self._columns = self._columns or _header(self.path)
+        if self._columns != list(full):
+            raise RecordError(f"{self.path.name} has other columns than this version writes")
         # one write of whole lines: a killed run leaves no torn rows behind
         with open(self.path, "a", encoding="utf-8") as file:
             file.write(text)
 
 
 def read_history(path: Path) -> dict[str, np.ndarray]:
-    """Columns of a history.csv by name."""
-    with open(path, encoding="utf-8", newline="") as file:
-        header, *rows = list(csv.reader(file))
-    complete = [row for row in rows if len(row) == len(header)]
-    values = np.array(complete, dtype=float).reshape(-1, len(header))
+    """Columns of a history.csv by name.
+
+    Raises
+    ------
+    RecordError
+        A damaged file; a last line without end is none, it is being written.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        header, *rows = list(csv.reader(line for line in lines if line.endswith("\n")))
+        values = np.array(rows, dtype=float).reshape(-1, len(header))
+    except (ValueError, csv.Error) as error:
+        raise RecordError(f"{path} is damaged: {error}") from error
     return {name: values[:, i] for i, name in enumerate(header)}
+
+
+def _header(path: Path) -> list[str]:
+    with open(path, encoding="utf-8") as file:
+        return file.readline().rstrip("\n").split(",")
 
 
 def _units(physical: Physical) -> dict[str, float]:

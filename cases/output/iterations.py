@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .atomic import keep_lines
 from .recorder import Silent
 
 if TYPE_CHECKING:
@@ -42,10 +41,8 @@ class Iterations(Silent):
         r = rejection
         self._finish(r.step, r.iterations, 0, r.t, r.dt, r.cause.name)
 
-    def cut_back(self, step: int) -> None:
-        """Drop what belongs to steps after ``step``."""
-        for path in (self.steps, self.residuals):
-            keep_lines(path, lambda line: int(line.split()[0]) <= step)
+    def take_up(self) -> None:
+        """Go on with the count of an earlier session."""
         if self.steps.exists():
             lines = self.steps.read_text(encoding="utf-8").splitlines()[1:]
             self._total = int(lines[-1].split()[1]) if lines else 0

@@ -10,7 +10,7 @@ import json
 import time
 from collections import Counter, defaultdict
 from collections.abc import Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..machine import machine, versions
 from ..sections import AnyScene, Physical
-from .atomic import replacing
+from .atomic import RecordError, replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
@@ -40,6 +40,11 @@ class RunRecord(Silent):
     scene : Scene
     tolerances : mapping, optional
         Resolved tolerances beside those of the scene.
+
+    Raises
+    ------
+    RecordError
+        A damaged record of earlier sessions.
     """
 
     def __init__(
@@ -55,7 +60,7 @@ class RunRecord(Silent):
         self._phases: defaultdict[str, float] = defaultdict(float)
         self._causes: Counter[str] = Counter()
         self._notes: Counter[str] = Counter()
-        old = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        old = _earlier(path)
         self._session: dict[str, Any] = {"started": datetime.now(UTC).isoformat(timespec="seconds")}
         self._record: dict[str, Any] = {
             "scene": scene.name,
@@ -94,14 +99,18 @@ class RunRecord(Silent):
 
     @contextmanager
     def kept_on_failure(self) -> Iterator[None]:
-        """Note an interrupt or an error that ends a block, and pass it on."""
+        """Note an interrupt or an error that ends a block, and pass it on.
+
+        A refused folder stays as it is.
+        """
         try:
             yield
-        except KeyboardInterrupt:
-            self.broken_off("interrupted")
+        except RecordError:
             raise
-        except Exception as error:
-            self.broken_off(f"failed: {type(error).__name__}: {error}")
+        except (KeyboardInterrupt, Exception) as error:
+            why = f"failed: {type(error).__name__}: {error}"
+            with suppress(OSError):  # what ended the run is the one thing to tell
+                self.broken_off("interrupted" if isinstance(error, KeyboardInterrupt) else why)
             raise
 
     def write(self) -> None:
@@ -151,6 +160,25 @@ class RunRecord(Silent):
             **figures,
         )
         self.write()
+
+
+def _earlier(path: Path) -> Mapping[str, Any]:
+    """What earlier sessions left in run.json; empty if there are none."""
+    try:
+        old = json.loads(path.read_text(encoding="utf-8"))
+        skips, sessions = old["skips"], old["sessions"]
+        good = isinstance(skips, list) and all(isinstance(skip, str) for skip in skips)
+        good &= isinstance(sessions, list) and all(isinstance(s, dict) for s in sessions)
+    except FileNotFoundError:
+        return {}
+    except (ValueError, LookupError, TypeError, RecursionError):
+        good = False
+    if not good:
+        raise RecordError(
+            f"{path.name} is damaged; put it back, or remove it to go on without the record of "
+            "earlier sessions"
+        )
+    return old
 
 
 def _units(physical: Physical) -> dict[str, float]:

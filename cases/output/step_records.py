@@ -13,16 +13,17 @@ import numpy as np
 
 from ..scene_text import write
 from ..sections import AnyScene
-from .atomic import replacing
-from .checkpoint import CheckpointError, read_arrays
+from .atomic import RecordError
+from .checkpoint import CHECKPOINT, read_arrays, write_arrays
 from .history import History
 from .run_record import RunRecord
-from .vtk import FOLDER, read_frames, write_frames
+from .seals import Seals, only_begun
+from .vtk import FOLDER, LIST, write_frames
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-CHECKPOINT = "checkpoint.npz"
+FIRST = 2  # rows before the first checkpoint: the start and a first step
 
 
 class StepResult(Protocol):
@@ -68,8 +69,8 @@ class StepRecords:
 
     Raises
     ------
-    CheckpointError
-        A checkpoint of another scene, or an unreadable one.
+    RecordError
+        A checkpoint of another scene, or a damaged folder.
     """
 
     def __init__(
@@ -78,20 +79,54 @@ class StepRecords:
         self.folder, self.record, self._console = folder, record, console
         self._hash = _arithmetic(scene)
         self._began = time.perf_counter()
-        self.start = self._load() if resume else {}
+        self.start: dict[str, np.ndarray] = {}
         self._history = History(folder / "history.csv")
-        self._frames: list[tuple[float, str]] = []
+        self._seals = Seals(folder)
+        if resume:
+            self._load()
 
     @property
     def elapsed(self) -> float:
         """Seconds since the start of this session."""
         return time.perf_counter() - self._began
 
-    def cut_back(self, step: int, below: float) -> None:
-        """Drop rows after ``step`` and frames from the time ``below`` on."""
-        self._history.cut_back(step)
-        frames = read_frames(self.folder / "fields.pvd")
-        self._frames = [frame for frame in frames if frame[0] < below]
+    def wanted(self, steps: str, ahead: int, **shapes: tuple[int, ...]) -> None:
+        """Refuse a `start` that no run of this scene can have written.
+
+        Parameters
+        ----------
+        steps : str
+            Name of the array that counts steps.
+        ahead : int
+            How far it is ahead of the last row's step.
+        **shapes : tuple of int
+            Of the arrays by name, which must hold finite numbers.
+
+        Raises
+        ------
+        RecordError
+            With the name and what is wrong.
+        """
+        if not self.start:
+            return
+        for name, shape in {steps: (), **shapes}.items():
+            array = self.start.get(name, np.array("missing"))
+            number = array.dtype.kind in "biuf" and np.isfinite(array).all()
+            if array.shape != shape or not number:
+                raise RecordError(
+                    f"{CHECKPOINT} cannot be continued from: {name} of shape {array.shape} and "
+                    f"type {array.dtype}; finite numbers of shape {shape} are wanted"
+                )
+        if (row := self._seals.last_row()["step"]) != str(self.start[steps] - ahead):
+            raise RecordError(
+                f"{CHECKPOINT} cannot be continued from: {steps} = {self.start[steps]} after the "
+                f"row of step {row} in history.csv"
+            )
+
+    def cut_back(self) -> None:
+        """Drop the rows and frames that are to be taken again; the session begins."""
+        self._seals.restore()
+        self.record.write()
 
     def row(self, row: Mapping[str, float]) -> None:
         """Add a row to history.csv."""
@@ -101,14 +136,13 @@ class StepRecords:
         """Add a field file at the "time" ``at``; ``put(path)`` writes it."""
         name = f"{FOLDER}/frame_{step:06d}.vtu"
         put(self.folder / name)
-        self._frames.append((at, name))
-        write_frames(self.folder / "fields.pvd", self._frames)
+        self._seals.frames.append((at, name))
+        write_frames(self.folder / LIST, self._seals.frames)
 
     def checkpoint(self, **arrays: np.ndarray | float) -> None:
         """Replace the checkpoint; ``arrays`` are the next session's `start`."""
-        plain: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
-        with replacing(self.folder / CHECKPOINT, "wb") as file:
-            np.savez(file, scene=np.array(self._hash), **plain)
+        seals = self._seals.arrays(self._seals.mark())
+        write_arrays(self.folder / CHECKPOINT, {**arrays, **seals}, self._hash)
 
     def news(self, text: str) -> None:
         """A line on the console."""
@@ -119,17 +153,15 @@ class StepRecords:
         self.record.skip(what)
         self.news(f"skipped: {what}")
 
-    def _load(self) -> dict[str, np.ndarray]:
+    def _load(self) -> None:
         path = self.folder / CHECKPOINT
         if not path.exists():
-            return {}
-        arrays = read_arrays(path)
-        if str(arrays.pop("scene", "")) != self._hash:
-            raise CheckpointError(
-                f"{path.name} belongs to another scene than run.toml beside it; only name, "
-                "description and output may be changed before a resume"
-            )
-        return arrays
+            self.skip(only_begun(self.folder, FIRST))
+            return
+        self.start = read_arrays(path, self._hash, "name, description and output")
+        self._seals = Seals(self.folder, self.start)
+        for lost in self._seals.verify():
+            self.skip(lost)
 
 
 def _arithmetic(scene: AnyScene) -> str:

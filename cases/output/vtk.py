@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any, Protocol
 from xml.etree import ElementTree
 
 import numpy as np
 
-from .atomic import SUFFIX, replacing
+from .atomic import SUFFIX, RecordError, on_disk, replacing
 from .recorder import Silent
 
 if TYPE_CHECKING:
+    import meshio
+
     from coupling import AcceptedStep, Outcome
 
-FOLDER = "fields"
+FOLDER, LIST = "fields", "fields.pvd"
+Frames = list[tuple[float, str]]  # times and file names
 CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
 
 
@@ -44,16 +47,25 @@ class Fields(Silent):
     ----------
     path : Path
         Of fields.pvd; frames go into a folder beside it.
+    frames : list of (float, str)
+        Those of earlier sessions; new ones are added to it.
     traction : bool
         Whether frames carry a traction (zero at the start, where nothing moves).
     """
 
     def __init__(
-        self, path: Path, sampler: SurfaceSampler, *, every: int, tessellate: int, traction: bool
+        self,
+        path: Path,
+        sampler: SurfaceSampler,
+        frames: Frames,
+        *,
+        every: int,
+        tessellate: int,
+        traction: bool,
     ):
         self.path, self.sampler = path, sampler
         self.every, self.tessellate, self.traction = every, tessellate, traction
-        self._frames: list[tuple[float, str]] = []
+        self._frames = frames
         self._last: AcceptedStep | None = None
 
     def on_start(self, step: AcceptedStep) -> None:
@@ -67,19 +79,6 @@ class Fields(Silent):
     def close(self, outcome: Outcome) -> None:
         if self._last is not None:
             self._frame(self._last)
-
-    def cut_back(self, step: int) -> None:
-        """Forget frames after ``step``, and those an earlier end wrote out of turn."""
-        kept = []
-        for t, name in read_frames(self.path):
-            number = int(Path(name).stem.split("_")[-1])
-            if number <= step and number % self.every == 0:
-                kept.append((t, name))
-        self._frames = kept
-        self._write_list()
-        for file in (self.path.parent / FOLDER).glob("frame_*.vtu"):
-            if f"{FOLDER}/{file.name}" not in {name for _, name in kept}:
-                file.unlink()
 
     def _frame(self, step: AcceptedStep) -> None:
         name = f"{FOLDER}/frame_{step.step:06d}.vtu"
@@ -95,9 +94,6 @@ class Fields(Silent):
             data["traction"] = np.zeros_like(grid["points"])
         write_grid(self.path.parent / name, {**grid, "point_data": data})
         self._frames.append((state.t, name))
-        self._write_list()
-
-    def _write_list(self) -> None:
         write_frames(self.path, self._frames)
 
 
@@ -127,12 +123,54 @@ def write_grid(path: Path, grid: Mapping[str, Any]) -> None:
     path.parent.mkdir(exist_ok=True)
     part = path.with_name(path.name + SUFFIX)
     meshio.write(part, mesh, file_format="vtu")
+    on_disk(part)
     os.replace(part, path)
 
 
-def read_frames(path: Path) -> list[tuple[float, str]]:
-    """Times and file names (relative to the list's folder) of a fields.pvd."""
+def read_grid(path: Path) -> meshio.Mesh:
+    """A VTU file of `write_grid`.
+
+    Raises
+    ------
+    RecordError
+        A damaged file.
+    """
+    from meshio import vtu  # meshio.read would leave the program
+
+    try:
+        return vtu.read(path)
+    except OSError:
+        raise
+    except Exception as error:  # a damaged file can raise anything
+        raise RecordError(f"{path} is damaged: {type(error).__name__}: {error}") from error
+
+
+def read_frames(path: Path) -> Frames:
+    """Times and file names (relative to the list's folder) of a fields.pvd.
+
+    Raises
+    ------
+    RecordError
+        A damaged list, or a name that leads out of its folder.
+    """
     if not path.exists():
         return []
-    entries = ElementTree.parse(path).iter("DataSet")
-    return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]
+    try:
+        entries = list(ElementTree.parse(path).iter("DataSet"))
+        return [(float(e.attrib["timestep"]), inside(e.attrib["file"])) for e in entries]
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise RecordError(f"{path} is damaged: {error}") from error
+
+
+def inside(name: str) -> str:
+    """``name``, a relative path that stays below its folder on every system.
+
+    Raises
+    ------
+    RecordError
+        Another one.
+    """
+    paths = PurePosixPath(name), PureWindowsPath(name)
+    if not name.isprintable() or any(p.anchor or ".." in p.parts or not p.parts for p in paths):
+        raise RecordError(f"{name!r} leads out of the run folder")
+    return name

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..kinds import KINDS
+from ..output.atomic import RecordError
 from ..output.figures import NoPicture
 from ..output.run_record import RunRecord
 from ..sections import AnyScene
 from .folder import FolderError, scene_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def draw(folder: Path) -> Path:
@@ -21,10 +28,8 @@ def draw(folder: Path) -> Path:
     """
     _check(folder)
     scene = scene_of(folder)
-    try:
+    with _drawing(folder):
         return KINDS[scene.kind].draw(folder, scene)
-    except NoPicture as error:
-        raise FolderError(str(error)) from error
 
 
 def animate(folder: Path) -> Path:
@@ -36,10 +41,9 @@ def animate(folder: Path) -> Path:
         Nothing to draw there.
     """
     _check(folder)
-    try:
-        return KINDS[scene_of(folder).kind].animate(folder)
-    except NoPicture as error:
-        raise FolderError(str(error)) from error
+    scene = scene_of(folder)
+    with _drawing(folder):
+        return KINDS[scene.kind].animate(folder)
 
 
 def compare(folder: Path, other: Path) -> Path:
@@ -54,13 +58,11 @@ def compare(folder: Path, other: Path) -> Path:
 
     _check(folder)
     _check(other)
-    try:
+    with _drawing(folder):
         return comparison(folder / "beside.png", [(folder, other)])
-    except NoPicture as error:
-        raise FolderError(str(error)) from error
 
 
-def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord) -> Path | None:
+def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord, console: Console) -> Path | None:
     """overview.png of a run that has just ended; a failing picture must not lose the run."""
     path = None
     if not (scene.output.picture and scene.output.fields_every):
@@ -70,9 +72,27 @@ def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord) -> Path | None
             with record.phase("picture"):
                 path = KINDS[scene.kind].draw(folder, scene)
         except Exception as error:
-            record.skip(f"overview.png: {type(error).__name__}: {error}")
+            what = f"overview.png: {type(error).__name__}: {error}"
+            record.skip(what)
+            console.print(f"skipped: {what}", markup=False, highlight=False)
     record.write()
     return path
+
+
+@contextmanager
+def _drawing(folder: Path) -> Iterator[None]:
+    """Say in one line why the files of a folder make no picture."""
+    try:
+        yield
+    except OSError:
+        raise
+    except (NoPicture, RecordError) as error:
+        raise FolderError(str(error)) from error
+    except Exception as error:  # a damaged file can raise anything
+        text = " ".join(str(error).split())
+        raise FolderError(
+            f"{folder} cannot be drawn, a file is damaged: {type(error).__name__}: {text}"
+        ) from error
 
 
 def _check(folder: Path) -> None:

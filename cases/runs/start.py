@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from ..kinds import KINDS
 from ..kinds.kind import StepKind, TimeKind
-from ..output.atomic import remove_parts, replacing
-from ..output.checkpoint import CheckpointError
+from ..output.atomic import RecordError, replacing
 from ..scene_text import write
 from ..sections import AnyScene, TimedScene
-from .folder import Finished, FolderError, scene_of
+from .folder import Finished, FolderError, refuse_cut, refuse_used, scene_of
+from .lock import locked
 from .step_run import run_steps
 from .time_run import run_in_time
 
@@ -27,11 +27,19 @@ def start(
     *,
     tolerances: Mapping[str, Any] | None = None,
 ) -> Finished:
-    """Run a scene from its beginning into an empty folder."""
+    """Run a scene from its beginning into an empty folder.
+
+    Raises
+    ------
+    FolderError
+        Another process runs there, or the folder is not empty.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / "run.toml") as file:
-        file.write(write(scene))
-    return _run(scene, folder, console, tolerances, resume=False)
+    with locked(folder):
+        refuse_used(folder)
+        with replacing(folder / "run.toml") as file:
+            file.write(write(scene))
+        return _run(scene, folder, console, tolerances, resume=False)
 
 
 def resume(
@@ -39,18 +47,24 @@ def resume(
 ) -> Finished:
     """Continue the run of a folder from its checkpoint; records are cut back to it first.
 
+    Checkpoint and records are verified before anything is changed.
+
     Raises
     ------
     FolderError
-        No run there, or a checkpoint of another scene.
+        No run there, another process writes there, a checkpoint of another scene, or a damaged
+        file; the folder is as it was.
     SceneError
         A run.toml that was edited into something wrong.
     """
-    scene = scene_of(folder)
-    try:
-        return _run(scene, folder, console, tolerances, resume=True)
-    except CheckpointError as error:
-        raise FolderError(f"{folder}: {error}") from error
+    scene_of(folder)
+    with locked(folder):
+        scene = scene_of(folder)
+        refuse_cut(folder, scene)
+        try:
+            return _run(scene, folder, console, tolerances, resume=True)
+        except RecordError as error:
+            raise FolderError(f"{folder}: {error}") from error
 
 
 def _run(
@@ -62,8 +76,6 @@ def _run(
     resume: bool,
 ) -> Finished:
     kind = KINDS[scene.kind]
-    if resume:
-        remove_parts(folder)
     if isinstance(kind, TimeKind):
         scene = cast(TimedScene, scene)  # a scene of such a kind
         return run_in_time(kind, scene, folder, console, tolerances, resume=resume)

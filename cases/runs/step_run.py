@@ -30,16 +30,17 @@ def run_steps(
 
     Raises
     ------
-    CheckpointError
-        A checkpoint of another scene, or an unreadable one.
+    RecordError
+        A checkpoint of another scene, or a damaged folder.
     """
     record = RunRecord(folder / "run.json", scene, tolerances)
     records = StepRecords(folder, scene, console, record, resume)
     try:
         with record.kept_on_failure():
-            record.write()
+            if not records.start:
+                record.write()
             outcome = kind.run(scene, records)
             record.ended(outcome)
-            return Finished(outcome, draw_at_end(scene, folder, record))
+            return Finished(outcome, draw_at_end(scene, folder, record, console))
     except KeyboardInterrupt:
-        return Finished(None)
+        return Finished(None, saved="its last whole step")

@@ -8,15 +8,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..kinds.kind import TimeKind
-from ..output.checkpoint import Checkpoint, load, scene_hash
+from ..output.atomic import RecordError
+from ..output.checkpoint import (
+    CHECKPOINT,
+    Checkpoint,
+    read_arrays,
+    scene_hash,
+    snapshot_of,
+    unlike,
+)
 from ..output.history import History, read_history
 from ..output.iterations import Iterations
-from ..output.progress import Progress
 from ..output.run_record import RunRecord
-from ..output.vtk import Fields
+from ..output.seals import Seals, only_begun
+from ..output.vtk import LIST, Fields
 from ..sections import TimedScene
 from .folder import Finished
 from .pictures import draw_at_end
+from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,12 +47,14 @@ class _Recorders:
     fields: Fields | None = field(default=None)
 
     @classmethod
-    def of(cls, scene: TimedScene, folder: Path, console: Console, record: RunRecord) -> _Recorders:
+    def of(
+        cls, scene: TimedScene, folder: Path, console: Console, record: RunRecord, seals: Seals
+    ) -> _Recorders:
         return cls(
             History(folder / "history.csv", scene.physical),
             Iterations(folder),
             record,
-            Checkpoint(folder / "checkpoint.npz", scene),
+            Checkpoint(folder, scene, seals),
             Progress(console, scene.time.end),
         )
 
@@ -51,11 +62,6 @@ class _Recorders:
         """The checkpoint last of the files it must not run ahead of."""
         files = [self.history, self.iterations, self.fields, self.checkpoint, self.record]
         return [recorder for recorder in [*files, self.progress] if recorder is not None]
-
-    def cut_back(self, step: int) -> None:
-        for recorder in (self.history, self.iterations, self.fields):
-            if recorder is not None:
-                recorder.cut_back(step)
 
 
 def run_in_time(
@@ -71,53 +77,79 @@ def run_in_time(
 
     Raises
     ------
-    CheckpointError
-        A checkpoint of another scene, or an unreadable one.
+    RecordError
+        A checkpoint of another scene, or a damaged folder.
     """
-    snapshot, file = None, folder / "checkpoint.npz"
-    if resume and file.exists():
-        snapshot = load(file, scene_hash(scene))
+    snapshot, seals, lost = _saved(scene, folder) if resume else (None, Seals(folder), [])
     record = RunRecord(folder / "run.json", scene, tolerances)
-    recorders = _Recorders.of(scene, folder, console, record)
+    recorders = _Recorders.of(scene, folder, console, record, seals)
     try:
         with record.kept_on_failure():
-            record.write()
+            if snapshot is None:
+                record.write()
             with record.phase("build"):
                 simulated = kind.simulated(scene)
-                _tell(simulated, record, console)
-                recorders.fields = _fields(simulated, folder)
-                _take_up(recorders, folder, snapshot)
+                if snapshot is not None:
+                    _refuse_unlike(snapshot, simulated)
+                _tell(simulated, lost, record, console)
+                recorders.fields = _fields(simulated, seals)
+                if resume:
+                    _take_up(recorders, seals, snapshot)
+                record.write()
                 simulation = simulated.simulation(recorders.in_order())
                 record.compression = getattr(simulation.fluid, "statistics", {})
                 _contraction(simulated, record, console)
             with record.phase("run"):
                 outcome = simulation.run(snapshot)
-            return Finished(outcome, draw_at_end(scene, folder, record))
+            return Finished(outcome, draw_at_end(scene, folder, record, console))
     except KeyboardInterrupt:
-        return Finished(None)
+        saved = recorders.checkpoint.saved
+        return Finished(None, saved=f"step {saved.step}, t = {saved.state.t:g}" if saved else "")
     finally:
         recorders.progress.stop()
 
 
-def _tell(simulated: Simulated, record: RunRecord, console: Console) -> None:
-    """Warnings of the accuracy, and what is left out."""
+def _saved(scene: TimedScene, folder: Path) -> tuple[Snapshot | None, Seals, list[str]]:
+    """What a folder can be continued from, and what it has lost beside; nothing is changed."""
+    file = folder / CHECKPOINT
+    if not file.exists():
+        return None, Seals(folder), [only_begun(folder, rows=1)]
+    arrays = read_arrays(file, scene_hash(scene))
+    seals = Seals(folder, arrays)
+    snapshot, lost = snapshot_of(arrays), seals.verify()
+    row = seals.last_row()
+    if (float(row["step"]), float(row["t"])) != (snapshot.step, snapshot.state.t):
+        raise RecordError(
+            f"{CHECKPOINT} is of step {snapshot.step}, t = {snapshot.state.t:g}; the row of "
+            f"history.csv at it is of step {row['step']}, t = {row['t']}"
+        )
+    return snapshot, seals, lost
+
+
+def _refuse_unlike(snapshot: Snapshot, simulated: Simulated) -> None:
+    memory = simulated.scheme.init()
+    if wrong := unlike(snapshot, simulated.initial, memory, simulated.scene.time.end):
+        raise RecordError(f"{CHECKPOINT} cannot be continued from: {'; '.join(wrong)}")
+
+
+def _tell(simulated: Simulated, lost: list[str], record: RunRecord, console: Console) -> None:
+    """Warnings of the accuracy, what is left out, and what an earlier session has lost."""
     if simulated.accuracy is not None:
         record.expect(simulated.accuracy)
         for warning in simulated.accuracy.budget.warnings:
             console.print(f"warning: {warning}", markup=False, highlight=False)
-    for what in simulated.skips:
+    for what in [*simulated.skips, *lost]:
         record.skip(what)
         console.print(f"skipped: {what}", markup=False, highlight=False)
 
 
-def _take_up(recorders: _Recorders, folder: Path, snapshot: Snapshot | None) -> None:
+def _take_up(recorders: _Recorders, seals: Seals, snapshot: Snapshot | None) -> None:
     """Cut the records of an earlier session back to its checkpoint."""
-    if not (folder / "history.csv").exists():
-        return
-    recorders.cut_back(snapshot.step if snapshot else -1)
+    seals.restore()
+    recorders.iterations.take_up()
     if snapshot is not None:
-        start_volume = read_history(folder / "history.csv")["volume"][:1]
-        recorders.progress.volume = float(start_volume[0]) if start_volume.size else None
+        recorders.checkpoint.mark(snapshot.step)
+        recorders.progress.volume = float(read_history(recorders.history.path)["volume"][0])
 
 
 def _contraction(simulated: Simulated, record: RunRecord, console: Console) -> None:
@@ -137,13 +169,14 @@ def _contraction(simulated: Simulated, record: RunRecord, console: Console) -> N
     )
 
 
-def _fields(simulated: Simulated, folder: Path) -> Fields | None:
+def _fields(simulated: Simulated, seals: Seals) -> Fields | None:
     o = simulated.scene.output
     if not o.fields_every:
         return None
     return Fields(
-        folder / "fields.pvd",
+        seals.folder / LIST,
         simulated.sampler,
+        seals.frames,
         every=o.fields_every,
         tessellate=o.tessellate,
         traction=simulated.fluid is not None,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -79,8 +80,17 @@ class Simulation:
         Returns
         -------
         Outcome
+
+        Notes
+        -----
+        An interrupt or error is passed on after a checkpoint of the last accepted step.
         """
-        return _Loop(self, start).run(steps)
+        loop = _Loop(self, start)
+        try:
+            return loop.run(steps)
+        except BaseException:
+            loop.rescue()
+            raise
 
 
 @dataclass
@@ -110,6 +120,7 @@ class _Loop:
         self.pending = Counts()
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
+        self.safe = self.start  # the last step that recorders have heard of as a whole
 
     def tell(self, event: str, *args: object) -> None:
         for recorder in self.sim.recorders:
@@ -119,13 +130,20 @@ class _Loop:
         memory = {**self.memory, **{f"past.{k}": v for k, v in self.past.items()}}
         return Snapshot(self.step, self.dt, self.state, dict(self.sums), memory)
 
+    def rescue(self) -> None:
+        """Tell the last accepted step as a checkpoint, if it can still be written."""
+        if self.safe is not None:
+            with suppress(OSError):
+                self.tell("on_checkpoint", self.safe)
+
     def run(self, steps: int | None) -> Outcome:
         control = self.sim.control
         row = self._row(None, 0.0)
         self.gap = row.get("min_gap", self.gap)
         if self.start is None:
             self.tell("on_start", AcceptedStep(0, self.state, row, None))
-            self.tell("on_checkpoint", self.snapshot())
+            self.safe = self.snapshot()
+            self.tell("on_checkpoint", self.safe)
         result, last = Result.COMPLETED, self.step if steps is None else self.step + steps
         while control.end - self.state.t > 1e-9 * control.dt:
             if steps is not None and self.step >= last:
@@ -241,6 +259,7 @@ class _Loop:
         self._next_step(result, dt, row, error)
         self.pending = Counts()
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, result.traction))
+        self.safe = self.snapshot()
         if self.step % self.sim.checkpoint_every == 0:
             self.tell("on_checkpoint", self.snapshot())
             if self.sim.fluid is not None:

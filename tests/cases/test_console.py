@@ -18,6 +18,7 @@ from cases.benchmarks import report
 from cases.kinds import KINDS
 from cases.kinds.inflation.comparison import _matched
 from cases.output.atomic import SUFFIX
+from cases.output.checkpoint import load
 from cases.output.figures import NoPicture
 from cases.output.history import read_history
 from cases.output.vtk import read_frames
@@ -56,7 +57,7 @@ def test_a_run_leaves_its_folder(whole):
     names = {path.name for path in whole.iterdir()}
     assert names == {
         "run.toml", "run.json", "history.csv", "iterations.log", "convergence.log",
-        "fields.pvd", "fields", "checkpoint.npz", "overview.png",
+        "fields.pvd", "fields", "checkpoint.npz", "overview.png", "run.lock",
     }  # fmt: skip
     assert list(read_history(whole / "history.csv"))[-1] == "wall_time"
     record = json.loads((whole / "run.json").read_text())
@@ -94,7 +95,12 @@ def test_interrupt_says_how_to_go_on(tmp_path, whole, use, toy, capsys):
     folder = tmp_path / "run"
     use(toy.Scheme(error_at=9, error=KeyboardInterrupt))
     assert cli.main([*RUN, "--out", str(folder)]) == 130
-    assert f"airfold resume {folder}" in capsys.readouterr().out
+    step = len(_rows(folder)) - 2
+    said = capsys.readouterr().out
+    assert f"stopped; step {step}, t = " in said
+    assert f"is saved; continue with: airfold resume {folder}" in said
+    assert step % 4  # no step at which a checkpoint is made anyway
+    assert load(folder / "checkpoint.npz").step == step
     assert json.loads((folder / "run.json").read_text())["result"] == "interrupted"
     use()
     assert cli.main(["resume", str(folder)]) == 0

@@ -101,12 +101,17 @@ class Sampler:
         }
 
 
+def start() -> State:
+    return State(0.0, initial(), np.zeros((AROUND * ROWS, 3)))
+
+
 @dataclass
 class ToySimulated:
     """A scene as objects."""
 
     scene: object
     scheme: object
+    initial: State = field(default_factory=start)
     sampler: object = field(default_factory=Sampler)
     skips: tuple = ("toy: all",)
     accuracy: None = None
@@ -119,7 +124,7 @@ class ToySimulated:
             fluid=None,
             scheme=self.scheme,
             volume=lambda t: 1.0 + t,
-            initial=State(0.0, initial(), np.zeros((AROUND * ROWS, 3))),
+            initial=self.initial,
             control=StepControl(time.dt, time.end, floor=time.dt_floor),
             recorders=recorders,
             diagnostics=lambda state: {"min_gap": 2.0},

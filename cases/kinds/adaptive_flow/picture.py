@@ -14,7 +14,7 @@ import numpy as np
 
 from ...output.figures import NoPicture, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import CELLS
+from ...output.vtk import CELLS, read_grid
 from .config import AdaptiveFlowScene
 
 if TYPE_CHECKING:
@@ -75,9 +75,7 @@ def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:
 
 
 def _read(folder: Path, t: float, name: str) -> FlowShot:
-    import meshio
-
-    mesh = meshio.read(folder / name)
+    mesh = read_grid(folder / name)
     kind = next(k for k in CELLS.values() if k in mesh.cells_dict)
     none = np.zeros(mesh.cells_dict[kind].shape[0])
     return FlowShot(

@@ -25,9 +25,11 @@ def run(scene: AdaptiveFlowScene, records: StepRecords) -> StepOutcome:
         for what in build.skipped(scene):
             records.skip(what)
         problem = build.problem(scene, records.news)
+        space = problem.flow.space
+        records.wanted("first", 1, flagged=(space.n_elements,), x=(space.n,))
         reference = _reference(scene, problem, records)
     first = int(records.start.get("first", 0))
-    records.cut_back(first - 1, below=first)
+    records.cut_back()
     every = scene.output.fields_every
     with records.record.phase("run"):
         for step in _steps(problem, reference, records, first):

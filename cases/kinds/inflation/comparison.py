@@ -15,7 +15,7 @@ import numpy as np
 
 from ...output.figures import NoPicture, frames_of, new_figure, save, section
 from ...output.history import read_history
-from ...output.vtk import read_frames
+from ...output.vtk import read_frames, read_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,11 +85,10 @@ def _matched(first: np.ndarray, second: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _cut(axes: Axes, folder: Path, index: int, volume: float, colour: str) -> None:
-    import meshio
     from matplotlib.collections import LineCollection
 
     t, name = read_frames(folder / "fields.pvd")[index]
-    mesh = meshio.read(folder / name)
+    mesh = read_grid(folder / name)
     lines = section(mesh.points, mesh.cells_dict["quad"])[:, :, [0, 2]]
     axes.add_collection(LineCollection(list(lines), colors=[colour], linewidths=1.3))
     label = "uniform pressure" if "traction" not in mesh.point_data else "flow"

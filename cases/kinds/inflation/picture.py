@@ -14,6 +14,7 @@ import numpy as np
 
 from ...output.figures import LIGHT, clipped, frames_of, new_figure, save, section
 from ...output.history import read_history
+from ...output.vtk import read_grid
 from ...sections import TimedScene
 
 if TYPE_CHECKING:
@@ -104,9 +105,7 @@ def _chosen(
 
 def read_shots(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagShot], str]:
     """Snapshots and the name of what colours them: traction, or velocity without a fluid."""
-    import meshio
-
-    meshes = [meshio.read(folder / name) for _, name in frames]
+    meshes = [read_grid(folder / name) for _, name in frames]
     quantity = "traction" if all("traction" in m.point_data for m in meshes) else "velocity"
     shots = []
     for (t, _), mesh in zip(frames, meshes, strict=True):

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...output.figures import LIGHT, frames_of, new_figure, save
 from ...output.history import read_history
+from ...output.vtk import read_grid
 from .config import LoadPathScene
 from .published import Reference, reference
 
@@ -49,7 +50,6 @@ def _chosen(frames: list[tuple[float, str]]) -> list[tuple[float, str]]:
 
 def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) -> None:
     """Undeformed shape grey, the others from light to dark on one scale of all axes."""
-    import meshio
     from matplotlib import colormaps
     from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -58,7 +58,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
     axes = cast(
         Axes3D, figure.add_axes((0.0, 0.0, 0.58, 0.92), projection="3d", computed_zorder=False)
     )
-    meshes = [meshio.read(folder / name) for _, name in frames]
+    meshes = [read_grid(folder / name) for _, name in frames]
     polygons, colours, legend = [], [], []
     for k, ((load, _), mesh) in enumerate(zip(frames, meshes, strict=True)):
         colour = np.array(colormaps["viridis"](1.0 - k / max(1, len(frames) - 1)))

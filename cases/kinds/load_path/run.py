@@ -58,14 +58,13 @@ class _Steps:
     ):
         self.scene, self.records, self.posed, self.known = scene, records, posed, known
         self.fractions = np.arange(1, scene.load.steps + 1) / scene.load.steps
+        records.wanted("step", 0, coefficients=posed.start.shape, increment=(), newton=())
         start = records.start
         self.coefficients = start.get("coefficients")  # None: unloaded
         self.increment = float(start["increment"]) if start else None
         self.first, self.newton_before = (int(start.get(k, 0)) for k in ("step", "newton"))
         self.step, self.newton = self.first, self.newton_before
-        # half a step beyond the checkpoint: frames carry the load fraction as their time
-        last = (self.first + 0.5) / scene.load.steps if start else -1.0
-        records.cut_back(self.first if start else -1, last)
+        records.cut_back()
         self.row: dict[str, float] = {}
 
     def follow(self) -> LoadPath | None:

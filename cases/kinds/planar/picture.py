@@ -13,6 +13,7 @@ import numpy as np
 
 from ...output.figures import frames_of, new_figure, save
 from ...output.history import read_history
+from ...output.vtk import read_grid
 from .config import PlanarScene
 
 if TYPE_CHECKING:
@@ -61,15 +62,13 @@ def overview(folder: Path, scene: PlanarScene) -> Path:
 
 def read_shots(folder: Path, count: int) -> list[CurveShot]:
     """At most ``count`` frames at about equal distances in time, first and last among them."""
-    import meshio
-
     frames = frames_of(folder)
     times = np.array([t for t, _ in frames])
     wanted = np.linspace(times[0], times[-1], min(count, len(frames)))
     chosen = sorted({int(np.argmin(np.abs(times - t))) for t in wanted})
     shots = []
     for t, name in (frames[i] for i in chosen):
-        mesh = meshio.read(folder / name)
+        mesh = read_grid(folder / name)
         shots.append(CurveShot(t, mesh.points[:, :2], mesh.cell_data["part"][0].astype(bool)))
     return shots
 

@@ -62,7 +62,7 @@ def test_run_folder(finished, capsys):
     names = {path.name for path in finished.iterdir()}
     assert names == {
         "run.toml", "run.json", "history.csv", "fields.pvd", "fields", "checkpoint.npz",
-        "overview.png",
+        "overview.png", "run.lock",
     }  # fmt: skip
     history = read_history(finished / "history.csv")
     assert history["bound"][-1] < 1e-4

@@ -91,7 +91,7 @@ def test_run_folder(finished):
     names = {path.name for path in finished.iterdir()}
     assert names == {
         "run.toml", "run.json", "history.csv", "fields.pvd", "fields", "checkpoint.npz",
-        "overview.png",
+        "overview.png", "run.lock",
     }  # fmt: skip
     history = read_history(finished / "history.csv")
     assert history["load"] == pytest.approx(np.arange(11) / 10)

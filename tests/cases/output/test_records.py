@@ -11,8 +11,9 @@ import pytest
 
 from cases import loader
 from cases.output import checkpoint, figures, history, iterations, vtk
-from cases.output.atomic import SUFFIX, replacing
+from cases.output.atomic import SUFFIX, RecordError, replacing
 from cases.output.run_record import RunRecord
+from cases.output.seals import Seals
 from coupling import AcceptedStep, Iteration, Outcome, Rejection, Result, Snapshot, State
 
 
@@ -38,25 +39,44 @@ def test_replacing_leaves_the_old_file_on_error(tmp_path):
     assert path.read_text() == "old"
 
 
+def _again(folder, mark):
+    """Seals as a checkpoint made of a mark holds them."""
+    return Seals(folder, Seals(folder).arrays(mark))
+
+
 def test_history_keeps_17_digits_and_is_cut_back(tmp_path):
     path = tmp_path / "history.csv"
     recorder = history.History(path)
     recorder.on_start(_step(0))
-    for n in (1, 2, 3):
+    for n in (1, 2):
         recorder.on_accepted(_step(n))
+    seals = _again(tmp_path, Seals(tmp_path).mark())
+    recorder.on_accepted(_step(3))
     columns = history.read_history(path)
     assert list(columns) == ["step", "t", "volume", "wall_time"]
     assert columns["volume"][3] == 1.0 / 3.0
     assert columns["t"][3] == 0.1 * 3
     with open(path, "a") as file:
         file.write("4,0.4")  # a torn line
-    recorder.cut_back(2)
-    assert path.read_text().splitlines()[-1].startswith("2,")
-    recorder.on_accepted(_step(3))
     assert history.read_history(path)["step"].tolist() == [0, 1, 2, 3]
-    recorder.cut_back(-1)
-    recorder.on_start(_step(0))
-    assert history.read_history(path)["step"].tolist() == [0]
+    seals.restore()
+    assert path.read_text().splitlines()[-1].startswith("2,")
+    with pytest.raises(RecordError, match="other columns"):
+        history.History(path).on_accepted(_step(3, more=1.0))
+    history.History(path).on_accepted(_step(3))
+    assert history.read_history(path)["step"].tolist() == [0, 1, 2, 3]
+    Seals(tmp_path).restore()
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("damage", ["4,0.4\n", "4,x,y,z\n", "\n", "\xff\n"])
+def test_a_damaged_history_is_named(tmp_path, damage):
+    path = tmp_path / "history.csv"
+    history.History(path).on_start(_step(0))
+    with open(path, "a", encoding="latin-1") as file:
+        file.write(damage)
+    with pytest.raises(RecordError, match=r"history\.csv is damaged"):
+        history.read_history(path)
 
 
 def test_history_adds_si_columns_before_the_wall_time(tmp_path):
@@ -80,6 +100,8 @@ def test_iteration_logs(tmp_path):
         for k in (1, 2):
             recorder.on_iteration(Iteration(n, 0.1 * n, 0.1, k, 10.0**-k, 0.7, k == 2))
         recorder.on_accepted(_step(n, subiterations=2, dt=0.1))
+        if n == 1:
+            mark = Seals(tmp_path).mark()
     before = (tmp_path / "iterations.log").read_text()
     rows = [line.split() for line in before.splitlines()[1:]]
     assert [row[:4] for row in rows] == [
@@ -89,7 +111,8 @@ def test_iteration_logs(tmp_path):
     ]
     assert rows[0][-1] == "COUPLING"
     again = iterations.Iterations(tmp_path)
-    again.cut_back(1)
+    _again(tmp_path, mark).restore()
+    again.take_up()
     assert len((tmp_path / "convergence.log").read_text().splitlines()) == 1 + 3
     for k in (1, 2):
         again.on_iteration(Iteration(2, 0.2, 0.1, k, 10.0**-k, 0.7, k == 2))
@@ -132,10 +155,10 @@ def test_checkpoint_refuses_other_scenes_rubbish_and_objects(tmp_path):
     longer = loader.read("pancake", ["time.end=900", "output.fields_every=1"])
     checkpoint.load(path, checkpoint.scene_hash(longer))
     other = loader.read("pancake", ["time.dt=8"])
-    with pytest.raises(checkpoint.CheckpointError, match="another scene"):
+    with pytest.raises(RecordError, match="another scene"):
         checkpoint.load(path, checkpoint.scene_hash(other))
     path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(checkpoint.CheckpointError, match="no readable"):
+    with pytest.raises(RecordError, match="cannot be continued from"):
         checkpoint.load(path)
     odd = Snapshot(1, 1.0, _snapshot().state, {}, {"x": object()})
     with pytest.raises(TypeError, match=r"memory\.x"):
@@ -145,13 +168,16 @@ def test_checkpoint_refuses_other_scenes_rubbish_and_objects(tmp_path):
 def test_fields_open_with_meshio_and_are_cut_back(tmp_path, toy):
     path = tmp_path / "fields.pvd"
 
-    def recorder():
-        return vtk.Fields(path, toy.Sampler(), every=2, tessellate=1, traction=True)
+    def recorder(seals):
+        return vtk.Fields(path, toy.Sampler(), seals.frames, every=2, tessellate=1, traction=True)
 
-    first = recorder()
+    seals = Seals(tmp_path)
+    first = recorder(seals)
     first.on_start(AcceptedStep(0, _step(0).state, {}, None))
     for n in range(1, 6):
         first.on_accepted(_step(n))
+        if n == 2:
+            mark = seals.mark()
     first.close(Outcome(Result.COMPLETED, 5, 0.5, {}))
     frames = vtk.read_frames(path)
     assert [t for t, _ in frames] == [0.0, 0.1 * 2, 0.1 * 4, 0.1 * 5]
@@ -159,13 +185,20 @@ def test_fields_open_with_meshio_and_are_cut_back(tmp_path, toy):
     assert np.array_equal(meshes[3].point_data["traction"], np.full((32, 3), 5.0))
     assert not meshes[0].point_data["traction"].any()
     assert meshes[1].cells_dict["quad"].shape == (24, 4)
-    second = recorder()
-    second.cut_back(5)  # the frame of step 5 came out of turn
-    assert len(vtk.read_frames(path)) == 3
-    second.cut_back(2)
-    second.on_accepted(_step(4))
+    back = Seals(tmp_path, seals.arrays(mark))
+    with pytest.raises(RecordError, match=r"does not know history\.csv"):
+        back.verify()
+    back.restore()
+    recorder(back).on_accepted(_step(4))
     assert vtk.read_frames(path) == frames[:3]
     assert len(list((tmp_path / "fields").iterdir())) == 3
+
+
+@pytest.mark.parametrize("name", ["../x.vtu", "/x.vtu", "C:\\x.vtu", "a\\..\\..\\x.vtu", "", "."])
+def test_names_that_lead_out_of_the_folder(tmp_path, name):
+    vtk.write_frames(tmp_path / "fields.pvd", [(0.0, name)])
+    with pytest.raises(RecordError, match="leads out of"):
+        vtk.read_frames(tmp_path / "fields.pvd")
 
 
 def test_run_record_adds_sessions(tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from .recorder import Silent
+from ..output.recorder import Silent
 
 if TYPE_CHECKING:
     from rich.console import Console
