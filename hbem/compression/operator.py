@@ -207,7 +207,8 @@ class Compressed(LinearOperator, ABC):
             turned.kernel = self.kernel.with_axes(axes)
             again = turned.exact_rows(items, x[:, axes]) - exact[:, axes]
             difference = np.maximum(difference, np.linalg.norm(again, axis=(0, 1)))
-        return difference / np.maximum(np.linalg.norm(exact, axis=(0, 1)), 1e-300)
+        with np.errstate(over="ignore"):
+            return difference / np.maximum(np.linalg.norm(exact, axis=(0, 1)), 1e-300)
 
     def __repr__(self) -> str:
         s = self.statistics

@@ -1,5 +1,6 @@
 """Trials of what this software promises: each one is held, broken aloud, or broken in silence.
 
-`folders.py` tries run folders: what is lost or goes wrong when files are damaged (`damage.py`), a
-disk is full, a process is killed (`struck.py`) or two of them meet.
+`matrices` tries compressed operators on `clouds` and forces under the `disguises` that must not
+change them. `folders` tries run folders: what is lost or goes wrong when files are damaged
+(`damage`), a disk is full, a process is killed (`struck`) or two of them meet.
 """

@@ -5,12 +5,11 @@ import logging
 import numpy as np
 import pytest
 
+from cases.benchmarks.honesty import clouds
 from hbem.compression import operator as compressed
 from hbem.compression.h2matrix import h2matrix
 from hbem.compression.hmatrix import hmatrix
 from hbem.compression.point_kernel import probe_densities
-
-from . import clouds
 
 METHODS = {"aca": hmatrix, "h2": h2matrix}
 TOLERANCES = (
@@ -103,9 +102,7 @@ def test_densities_of_any_size(method, size):
 @pytest.mark.parametrize("method", METHODS)
 def test_points_of_a_graded_mesh(method):
     """Spacings from 5e-8 to 1: neighbours differ by less than centring them would round."""
-    line = np.append(0.0, np.geomspace(5e-8, 1.0, 19))
-    x, y = (g.ravel() for g in np.meshgrid(line, line))
-    points = np.c_[x, y, 0.05 * (x * x + y * y)]
+    points = clouds.graded(20, 5e-8)
     upward = np.tile([0.0, 0.0, 1.0], (points.shape[0], 1))
     for normals in (None, upward):
         matrix = clouds.dense(points, normals)

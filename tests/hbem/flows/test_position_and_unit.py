@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cases.benchmarks.honesty.disguises import AWAY, reordered
 from cases.geometry.bodies import sphere, spheroid
 from cases.geometry.pillow import round_bag
 from hbem.flows.stokes_flow import StokesFlow
-from hbem.surfaces.patches import BezierPatches, SurfacePatches
+from hbem.surfaces.patches import SurfacePatches
 from hbem.surfaces.topology import SurfaceError, closed_components
 
 PULL = np.array([0.3, -0.2, 1.0])
-AWAY = np.array([0.6, 0.64, 0.48])
 
 
 def drag(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:
@@ -67,25 +67,6 @@ def test_field_and_torque_far_from_the_origin():
     np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-7)
     np.testing.assert_array_equal(found.inside, expected.inside)
     np.testing.assert_allclose(far.torque(shift), near.torque(), atol=1e-6)
-
-
-def reordered(body: BezierPatches, seed: int) -> BezierPatches:
-    """The same body with elements, density functions and coefficients in random order."""
-    rng = np.random.default_rng(seed)
-    elements, dofs = rng.permutation(body.n_elements), rng.permutation(body.n_dofs)
-    columns = rng.permutation(body.n_coefficients)
-    counts = np.diff(body.indptr)[elements]
-    rows = np.concatenate([np.arange(*body.indptr[e : e + 2]) for e in elements])
-    net = (body.geometry_degree + 1) ** 2
-    control = (elements[:, None] * net + np.arange(net)).ravel()
-    return replace(
-        body,
-        indptr=np.concatenate([[0], np.cumsum(counts)]),
-        dofs=np.argsort(dofs)[body.dofs[rows]],
-        extraction=body.extraction[rows],
-        bezier=body.bezier[control][:, columns],
-        coefficients=body.coefficients[columns],
-    )
 
 
 @pytest.mark.parametrize("compression", ["dense", "h2"])

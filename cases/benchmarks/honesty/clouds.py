@@ -1,4 +1,9 @@
-"""Point clouds on which compression has failed elsewhere, all axis-aligned where flat."""
+"""Point clouds on which compression has failed elsewhere, all axis-aligned where flat.
+
+With normals that suit them, and both kernels as dense matrices, written independently of `hbem`.
+"""
+
+from __future__ import annotations
 
 import numpy as np
 
@@ -55,6 +60,13 @@ def line(n: int) -> np.ndarray:
     return np.c_[(np.arange(n) + 0.5) / n, np.zeros((n, 2))]
 
 
+def graded(n: int, spacing: float, depth: float = 0.05) -> np.ndarray:
+    """A shallow bowl, or a plane, whose n lines each way crowd at a corner, from a spacing to 1."""
+    ticks = np.append(0.0, np.geomspace(spacing, 1.0, n - 1))
+    x, y = (g.ravel() for g in np.meshgrid(ticks, ticks, indexing="ij"))
+    return np.c_[x, y, depth * (x * x + y * y)]
+
+
 CLOUDS = {
     "sphere": sphere(900),
     "torus": torus(42),
@@ -64,12 +76,18 @@ CLOUDS = {
     "fold": fold(21),
     "line": line(900),
 }
+GRADED = {
+    "graded to 1e-5": graded(22, 1.2e-5),
+    "graded to 5e-8": graded(22, 4.8e-8),
+    # turned, its double layer is rounding of the coordinates
+    "graded plane": graded(22, 1.2e-5, 0.0),
+}
 
 
 def normals(name: str, points: np.ndarray) -> np.ndarray:
     """Normals that suit the cloud: flat ones give exact zero blocks of the double layer."""
     n = points.shape[0]
-    if name in ("coplanar sheets", "stack"):
+    if name in ("coplanar sheets", "stack", *GRADED):
         return np.tile([0.0, 0.0, 1.0], (n, 1))
     if name == "fold":
         return np.repeat([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], n // 2, axis=0)
