@@ -64,19 +64,19 @@ class TractionError:
         told = self.resolved and not math.isnan(self.total)
         return Verdict.MET if told else Verdict.CANNOT_TELL
 
-    def describe(self) -> dict[str, float | str]:
-        """Plain numbers and words for records.
+    def describe(self) -> dict[str, float | str | None]:
+        """Plain numbers and words for records; None for what is not known.
 
         Returns
         -------
-        dict of str to float or str
+        dict of str to float, str or None
         """
         return {
             "tolerance": self.tolerance,
-            "mesh": self.mesh,
-            "quadrature_and_compression": self.operator,
-            "krylov": self.krylov,
-            "total": self.total,
+            "mesh": _known(self.mesh),
+            "quadrature_and_compression": _known(self.operator),
+            "krylov": _known(self.krylov),
+            "total": _known(self.total),
             "verdict": self.verdict.value,
             "advice": self.advice,
         }
@@ -87,6 +87,10 @@ class TractionError:
             f"Krylov {_figure(self.krylov)}: {_figure(self.total)} of {self.tolerance:g} asked"
         )
         return f"{self.verdict.value}: {shares}" + (f"; {self.advice}" if self.advice else "")
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def _figure(value: float) -> str:

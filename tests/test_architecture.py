@@ -24,7 +24,7 @@ FLOORS = {
     "shells": ("surfaces", "energy", "conditions", "equilibrium"),
     "hbem": (
         "_stokes_kernels _threads_kernels", "surfaces", "near", "compression", "layers",
-        "solvers", "accuracy traction_error", "traction", "flows planar",
+        "solvers traction_error", "accuracy traction", "flows planar",
     ),
     "coupling": (
         "exchange", "protocols", "records", "schemes contact", "stepping",

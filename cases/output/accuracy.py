@@ -1,19 +1,27 @@
-"""The fluid's accuracy over a run: the budget before it, and what came of it.
+"""The fluid's accuracy over a run: the budget before it, and the errors measured along it.
 
-Collects the smallest gap, the largest residual and the largest multiplier of the accepted steps;
-`hbem.accuracy.review` judges them.
+Compression is measured in every accepted step; quadrature in the first one and whenever the
+narrowest gap has shrunk by a fifth, the mesh's share in the first one and whenever it has halved.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
-from hbem.accuracy import Budget, review
+import numpy as np
+
+from hbem.accuracy import Budget, at_gap
+from hbem.traction_error import TractionError, Verdict
 
 if TYPE_CHECKING:
     from coupling import AcceptedStep
+
+logger = logging.getLogger(__name__)
+SHRUNK, HALVED = 0.8, 0.5  # of the gap of the last measurement of quadrature, of the mesh's share
+SHARES = ("mesh", "quadrature", "compression", "krylov")
 
 
 @dataclass
@@ -25,35 +33,107 @@ class Accuracy:
     budget : Budget
     gap, extent : float
         Smallest gap so far and the extent of the narrowest region.
-    residual, zeta : float
-        Largest true residual, and largest multiplier over the largest velocity.
+    measures_mesh : bool
+        Whether the mesh's share is measured; it costs some ten assemblies.
+    zeta : float
+        Largest multiplier over the largest velocity.
+    worst : dict
+        Largest error so far of each share.
+    missed : int
+        Accepted steps whose measured error exceeds the tolerance.
     """
 
     budget: Budget
     gap: float
     extent: float
-    residual: float = 0.0
+    measures_mesh: bool = True
     zeta: float = 0.0
+    worst: dict[str, float] = field(default_factory=dict)
+    missed: int = 0
+    advice: str = ""
+    _last: dict[str, float] = field(default_factory=dict, init=False, repr=False)
+    _measured: dict[str, float] = field(default_factory=dict, init=False, repr=False)
 
-    def note(self, step: AcceptedStep) -> None:
-        """Take an accepted step into account."""
-        row = step.row
-        self.gap = min(self.gap, row.get("min_gap", self.gap))
+    def note(self, step: AcceptedStep) -> str:
+        """Take an accepted step into account.
+
+        Returns
+        -------
+        str
+            What is to be said about its error: where a share was measured anew, or is missed for
+            the first time; else empty.
+        """
+        row, traction = step.row, step.traction
+        gap = row.get("min_gap", self.gap)
+        self.gap = min(self.gap, gap)
         fastest = row.get("velocity_max", 0.0)
-        if step.traction is not None and fastest > 0.0:
-            self.zeta = max(self.zeta, abs(step.traction.zeta) / fastest)
-            self.residual = max(self.residual, step.traction.residual)
+        if traction is None or not fastest > 0.0:
+            return ""
+        self.zeta = max(self.zeta, abs(traction.zeta) / fastest)
+        krylov = at_gap(self.budget, gap, self.extent).krylov_error(traction.residual)
+        measure = getattr(traction, "measure", None)
+        if measure is None:
+            return self._take(TractionError(self.budget.traction, *[np.nan] * 3, krylov), False)
+        quadrature = self._due("quadrature", gap, SHRUNK)
+        mesh = quadrature and self.measures_mesh and self._due("mesh", gap, HALVED)
+        return self._take(measure(krylov, quadrature, mesh), quadrature)
+
+    def _due(self, share: str, gap: float, fraction: float) -> bool:
+        """Whether a share is to be measured at a gap; remembers that it was."""
+        if gap > fraction * self._measured.get(share, np.inf):
+            return False
+        self._measured[share] = gap
+        return True
+
+    def _take(self, error: TractionError, fresh: bool) -> str:
+        found = {name: float(getattr(error, name)) for name in SHARES}
+        known = {name: e for name, e in found.items() if not np.isnan(e)}
+        self._last.update(known)
+        for name, e in known.items():
+            self.worst[name] = max(e, self.worst.get(name, 0.0))
+        self.advice = error.advice or self.advice
+        # what is not measured in this step stands as it was measured last
+        now = replace(error, **{name: self._last.get(name, np.nan) for name in SHARES})
+        first = now.verdict is Verdict.MISSED and not self.missed
+        self.missed += now.verdict is Verdict.MISSED
+        return f"traction error {now}" if fresh or first else ""
+
+    def so_far(self) -> TractionError:
+        """The largest shares along the run, with the verdict on their sum."""
+        shares = {name: self.worst.get(name, np.nan) for name in SHARES}
+        return TractionError(self.budget.traction, **shares, advice=self.advice)
 
     def before(self) -> Mapping[str, object]:
         """The budget as plain numbers, with its warnings."""
         return {**self.budget.describe(), "warnings": list(self.budget.warnings)}
 
     def after(self) -> Mapping[str, object]:
-        """What the run achieved."""
-        return review(
-            self.budget,
-            gap=self.gap,
-            extent=self.extent,
-            residual=self.residual,
-            zeta=self.zeta,
-        )
+        """What the run achieved so far."""
+        return {
+            "thinness": at_gap(self.budget, self.gap, self.extent).thinness,
+            "smallest_gap": self.gap,
+            "largest_zeta": self.zeta,
+            "steps_missed": self.missed,
+            **self.so_far().describe(),
+            "compression": self.worst.get("compression"),
+        }
+
+    def taken_up(self, earlier: Mapping[str, Any]) -> None:
+        """Go on from what an earlier session of the run recorded by `after`."""
+        self.gap = float(np.fmin(self.gap, _number(earlier.get("smallest_gap"))))
+        self.zeta = float(np.fmax(self.zeta, _number(earlier.get("largest_zeta"))))
+        self.missed += int(np.nan_to_num(_number(earlier.get("steps_missed"))))
+        self.advice = str(earlier.get("advice", ""))
+        compression = _number(earlier.get("compression"))
+        operator = _number(earlier.get("quadrature_and_compression"))
+        found = {
+            "mesh": _number(earlier.get("mesh")),
+            "quadrature": operator - compression,
+            "compression": compression,
+            "krylov": _number(earlier.get("krylov")),
+        }
+        self.worst = {name: e for name, e in found.items() if not np.isnan(e)}
+
+
+def _number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) else np.nan

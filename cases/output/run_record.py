@@ -7,6 +7,7 @@ sums over ``sessions`` are the totals of the run.
 from __future__ import annotations
 
 import json
+import logging
 import time
 from collections import Counter, defaultdict
 from collections.abc import Mapping
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from .accuracy import Accuracy
 
+logger = logging.getLogger(__name__)
 RUNNING = "running"
 
 
@@ -61,6 +63,9 @@ class RunRecord(Silent):
         self._causes: Counter[str] = Counter()
         self._notes: Counter[str] = Counter()
         old = _earlier(path)
+        before = old.get("accuracy")
+        achieved = before.get("after") if isinstance(before, dict) else None
+        self._achieved: Mapping[str, Any] = achieved if isinstance(achieved, dict) else {}
         self._session: dict[str, Any] = {"started": datetime.now(UTC).isoformat(timespec="seconds")}
         self._record: dict[str, Any] = {
             "scene": scene.name,
@@ -84,8 +89,10 @@ class RunRecord(Silent):
             self._phases[name] += time.perf_counter() - start
 
     def expect(self, accuracy: Accuracy) -> None:
-        """Note what the fluid's tolerance came to; its review is written at the end."""
+        """Note what the fluid's tolerance came to; what the run achieves is kept up to date."""
         self._accuracy = accuracy
+        if self._achieved:
+            accuracy.taken_up(self._achieved)
         self._record["accuracy"] = {"before": accuracy.before()}
 
     def skip(self, what: str) -> None:
@@ -118,6 +125,8 @@ class RunRecord(Silent):
         self._session["seconds"] = round(time.perf_counter() - self._began, 3)
         if self.compression:
             self._record["compression"] = dict(self.compression)
+        if self._accuracy:
+            self._record["accuracy"]["after"] = self._accuracy.after()
         self._session["phases"] = {name: round(s, 3) for name, s in self._phases.items()}
         with replacing(self.path) as file:
             json.dump(self._record, file, indent=2, default=_plain)
@@ -126,7 +135,10 @@ class RunRecord(Silent):
     def on_accepted(self, step: AcceptedStep) -> None:
         self._session.update(step=step.step, t=step.state.t)
         if self._accuracy:
-            self._accuracy.note(step)
+            said = self._accuracy.note(step)
+            if said:
+                self.on_note(step.step, said)
+                logger.info("step %d: %s", step.step, said)
 
     def on_rejected(self, rejection: Rejection) -> None:
         self._causes[rejection.cause.name] += 1
@@ -151,8 +163,6 @@ class RunRecord(Silent):
     def ended(self, outcome: Any, **figures: float) -> None:
         """Note how a run of any kind ended."""
         self._session["counts"] = dict(outcome.counts)
-        if self._accuracy:
-            self._record["accuracy"]["after"] = self._accuracy.after()
         self._record.update(
             result=outcome.result.name.lower(),
             advice=outcome.detail,

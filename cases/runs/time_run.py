@@ -101,6 +101,9 @@ def run_in_time(
                 _contraction(simulated, record, console)
             with record.phase("run"):
                 outcome = simulation.run(snapshot)
+            if simulated.accuracy is not None and simulated.accuracy.worst:
+                said = f"traction error, largest along the run: {simulated.accuracy.so_far()}"
+                console.print(said, markup=False, highlight=False)
             return Finished(outcome, draw_at_end(scene, folder, record, console))
     except KeyboardInterrupt:
         saved = recorders.checkpoint.saved

@@ -23,6 +23,8 @@ from ..traction import Traction
 from .admissible import velocities
 from .enclosed_problem import EnclosedProblem
 from .formulation import JumpFormulation
+from .measured_solve import MeasuredSolve
+from .mesh_share import LargerSpace
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ class EnclosedOperator:
         made = self.formulation
         solver = MeasuredSolve(made, self.tolerance)
         tested = self._tested(velocity).ravel()
-        background = 0.0
+        background: np.ndarray | float = 0.0
         if self.problem.background is not None:
             background = self._background_data / self.problem.viscosity_ratio
         measured = solver.correct(solved, tested, background, quadrature=quadrature, rounds=1)

@@ -22,7 +22,7 @@ from ..layers.compressed_layer import CompressedSingleLayer
 from ..layers.double_layer import DoubleLayer, double_layer
 from ..layers.layer import SingleLayer
 from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle, saddle
-from ..solvers.saddle_system import Builder, SaddleSolution
+from ..solvers.saddle_system import Builder
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 

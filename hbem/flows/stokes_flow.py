@@ -127,7 +127,13 @@ class StokesFlow:
         check_bodies(sampled, self.components, viscosity_ratio)
         self.facing = closest_facing(sampled)
         gap = narrowest(sampled)
-        self.budget: Budget = budget(tolerance, gap.distance, gap.extent)
+        distance, extent, film = gap.distance, gap.extent, film_ratio(self.facing)
+        if self.facing is not None and film > 0.0:
+            # between samples a curved gap is wider than it is
+            length = self.facing.film_length
+            if self.facing.distance / (2.0 * length) < gap.thinness:
+                distance, extent = self.facing.distance, length
+        self.budget: Budget = budget(tolerance, distance, extent, film)
         if measure == "none":
             for warning in self.budget.warnings:
                 logger.warning(warning)

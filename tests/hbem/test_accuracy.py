@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hbem.accuracy import RULES, budget, compression_error, matrix_tolerance, review
+from hbem.accuracy import (
+    RULES,
+    at_gap,
+    budget,
+    compression_error,
+    film_error,
+    matrix_tolerance,
+)
+from hbem.traction_error import Verdict
 
 
 @pytest.mark.parametrize(
@@ -57,12 +65,24 @@ def test_what_cannot_be_met_is_said_with_numbers_and_remedy():
     assert "extrapolated" in budget(0.5, 0.002, 1.0).warnings[-1]
 
 
-def test_review_notices_a_gap_that_closed():
+def test_a_gap_that_closes_lets_residuals_weigh_more():
     asked = budget(1e-3, 0.2, 1.0)
-    kept = review(asked, gap=0.2, extent=1.0, residual=1e-8, zeta=1e-7)
-    assert kept["verdict"] == "met"
-    closed = review(asked, gap=0.02, extent=1.0, residual=1e-8, zeta=1e-7)
-    assert closed["verdict"].startswith("missed: the gap closed to 0.02")
+    closed = at_gap(asked, 0.02, 1.0)
+    assert closed.thinness == 0.1 * asked.thinness
+    assert closed.krylov_error(1e-6) > 5.0 * asked.krylov_error(1e-6)
+
+
+def test_the_mesh_counts_where_the_film_tells():
+    unknown = budget(1e-2, 0.2, 1.0)
+    assert np.isnan(unknown.mesh)
+    assert unknown.expected.verdict is Verdict.CANNOT_TELL
+    assert budget(1e-2, 0.2, 1.0, film=0.5).expected.verdict is Verdict.MET
+    coarse = budget(1e-2, 0.2, 1.0, film=3.2)
+    assert coarse.mesh == pytest.approx(0.27)
+    assert coarse.expected.verdict is Verdict.MISSED
+    assert budget(1e-2, 0.2, 1.0, film=1e3).mesh == 1.0
+    grows = [film_error(film) for film in np.geomspace(0.01, 100, 50)]
+    assert np.all(np.diff(grows) >= 0.0)
 
 
 @pytest.mark.parametrize(("traction", "gap"), [(0.0, 1.0), (1.0, 1.0), (1e-3, 0.0)])

@@ -59,7 +59,9 @@ def simulated(scene: InflationScene) -> Simulated:
         diagnostics=diagnostics,
         skips=plan.skips(),
         collision=certified(body, scene.contact) if plan.tested else None,
-        accuracy=Accuracy(plan.budget, body.gap, body.extent) if plan.has_flow else None,
+        accuracy=Accuracy(plan.budget, body.gap, body.extent, plan.measures_mesh)
+        if plan.has_flow
+        else None,
     )
 
 
@@ -121,6 +123,7 @@ def fluid(plan: InflationPlan) -> Fluid:
         max_iterations=f.krylov_iterations,
         preconditioner=plan.budget.preconditioner,
         compression=plan.compression,
+        traction_tolerance=f.tolerance,
     )
 
 

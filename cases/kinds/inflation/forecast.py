@@ -218,7 +218,8 @@ def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[It
         Item(
             "traction tolerance", asked.traction, "", f"in a gap of thinness {asked.thinness:.2g}"
         ),
-        Item("traction error expected", asked.total, "", "quadrature, compression, Krylov"),
+        Item("traction error expected", asked.total, "", "beside that of the mesh"),
+        Item("  of the mesh", "cannot tell", "", "measured in the run's first step"),
         Item("  of quadrature", p["quadrature"], "", f"{near}, {self_rule}"),
         Item("  of compression", p["compression"], "", f"ACA {c['aca']:.1e}, H2 {c['h2']:.1e}"),
         Item("  of Krylov", p["krylov"], "", f"true residual {krylov or asked.krylov:.1e}"),

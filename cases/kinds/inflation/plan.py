@@ -23,6 +23,7 @@ from ...machine import memory_bytes
 from .config import InflationScene, PillowGeometry
 from .initial_bag import initial_bag
 
+LARGER_LIMIT = 30_000  # unknowns of the space that measures the mesh's share, some ten assemblies
 MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
 
 
@@ -101,6 +102,16 @@ class InflationPlan:
         )
 
     @property
+    def larger_unknowns(self) -> int:
+        """Unknowns of the larger density space that measures the mesh's share."""
+        return 3 * self.elements * (self.bag.membrane.density_degree + 1) ** 2
+
+    @property
+    def measures_mesh(self) -> bool:
+        """Whether a run measures the mesh's share of the traction error."""
+        return self.larger_unknowns <= LARGER_LIMIT
+
+    @property
     def has_flow(self) -> bool:
         """Whether there are boundary integrals at all."""
         return self.scene.fluid.model != "pressure"
@@ -123,6 +134,11 @@ class InflationPlan:
             if self.compression is None:
                 best = f"dense or direct serves {self.unknowns} unknowns best"
                 skips.append(f"compression: {best}")
+            if not self.measures_mesh:
+                skips.append(
+                    f"mesh's share of the traction error: {self.larger_unknowns} unknowns in the "
+                    f"space that measures it, {LARGER_LIMIT} allowed"
+                )
         if not self.tested:
             test = self.scene.contact.test
             skips.append(f"test for self-intersection: contact.test = {test!r}, unfolded bag")

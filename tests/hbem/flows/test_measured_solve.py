@@ -84,7 +84,7 @@ def test_the_mesh_s_share_is_its_error():
 def test_spheres_approach_at_gaps_that_their_mesh_does_not_resolve(gap):
     one = sphere(6, 6)
     both = union(one, one)
-    c = np.concatenate([one.coefficients, one.coefficients + [0.0, 0.0, 2.0 + gap]])
+    c = np.concatenate([one.coefficients, one.coefficients + (2.0 + gap) * Z])
     flow = StokesFlow(both, c, tolerance=1e-2)
     found = flow.traction(lambda x: np.where(x[:, 2:] < 1.0 + 0.5 * gap, Z, -Z))
     assert found.error.verdict is Verdict.MISSED
