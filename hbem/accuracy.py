@@ -114,7 +114,10 @@ class Budget:
     @property
     def expected(self) -> TractionError:
         """The traction error expected, share by share, and its verdict before any solve."""
-        return TractionError(self.traction, self.mesh, **self.predicted)
+        p = self.predicted
+        return TractionError(
+            self.traction, self.mesh, p["quadrature"], p["compression"], p["krylov"]
+        )
 
     @property
     def total(self) -> float:

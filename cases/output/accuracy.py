@@ -6,9 +6,8 @@ narrowest gap has shrunk by a fifth, the mesh's share in the first one and whene
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from hbem.traction_error import TractionError, Verdict
 if TYPE_CHECKING:
     from coupling import AcceptedStep
 
-logger = logging.getLogger(__name__)
 SHRUNK, HALVED = 0.8, 0.5  # of the gap of the last measurement of quadrature, of the mesh's share
 SHARES = ("mesh", "quadrature", "compression", "krylov")
 
@@ -73,7 +71,7 @@ class Accuracy:
         krylov = at_gap(self.budget, gap, self.extent).krylov_error(traction.residual)
         measure = getattr(traction, "measure", None)
         if measure is None:
-            return self._take(TractionError(self.budget.traction, *[np.nan] * 3, krylov), False)
+            return self._take(self._error({"krylov": krylov}), False)
         quadrature = self._due("quadrature", gap, SHRUNK)
         mesh = quadrature and self.measures_mesh and self._due("mesh", gap, HALVED)
         return self._take(measure(krylov, quadrature, mesh), quadrature)
@@ -93,15 +91,19 @@ class Accuracy:
             self.worst[name] = max(e, self.worst.get(name, 0.0))
         self.advice = error.advice or self.advice
         # what is not measured in this step stands as it was measured last
-        now = replace(error, **{name: self._last.get(name, np.nan) for name in SHARES})
+        now = self._error(self._last, error.advice)
         first = now.verdict is Verdict.MISSED and not self.missed
         self.missed += now.verdict is Verdict.MISSED
         return f"traction error {now}" if fresh or first else ""
 
     def so_far(self) -> TractionError:
         """The largest shares along the run, with the verdict on their sum."""
-        shares = {name: self.worst.get(name, np.nan) for name in SHARES}
-        return TractionError(self.budget.traction, **shares, advice=self.advice)
+        return self._error(self.worst, self.advice)
+
+    def _error(self, shares: Mapping[str, float], advice: str = "") -> TractionError:
+        mesh, quadrature, compression, krylov = (shares.get(name, np.nan) for name in SHARES)
+        asked = self.budget.traction
+        return TractionError(asked, mesh, quadrature, compression, krylov, advice=advice)
 
     def before(self) -> Mapping[str, object]:
         """The budget as plain numbers, with its warnings."""

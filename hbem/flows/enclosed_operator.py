@@ -20,6 +20,7 @@ from ..solvers.saddle_system import Builder, MassPreconditioner, SaddleSolution
 from ..surfaces.configuration import real_array
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
+from ..traction_error import TractionError
 from .admissible import velocities
 from .enclosed_problem import EnclosedProblem
 from .formulation import JumpFormulation
