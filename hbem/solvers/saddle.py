@@ -66,6 +66,10 @@ class DenseSaddle:
     def _factors(self) -> tuple[np.ndarray, np.ndarray]:
         return lu_factor(self._matrix, check_finite=False)
 
+    def prepare(self) -> None:
+        """Factorise, which the first solve does otherwise."""
+        _ = self._factors
+
     def solve(self, rhs: np.ndarray) -> SaddleSolution:
         """Solve for one right-hand side or several.
 
@@ -130,6 +134,10 @@ class IterativeSaddle:
     @cached_property
     def _precondition(self) -> Preconditioner:
         return self.preconditioner(self.system)
+
+    def prepare(self) -> None:
+        """Build the preconditioner, which the first solve does otherwise."""
+        _ = self._precondition
 
     def solve(self, rhs: np.ndarray) -> SaddleSolution:
         """Solve for one right-hand side.

@@ -33,6 +33,22 @@ VIEWS = {
             "achieved": "{error:.1e}",
         },
     ),
+    "measured": View(
+        r"measured solve, thinness (?P<gap>[^,]+), (?P<flow>\w+)",
+        {
+            "thinness": "{gap}",
+            "flow": "{flow}",
+            "unknowns": "{unknowns}",
+            "matrix tolerance": "{matrix tolerance:.1e}",
+            "CPU seconds": "{seconds:.3g}",
+            "over the budget's tolerance, unmeasured": "{CPU ratio:.2f}",
+            "corrections": "{corrections}",
+            "estimated error": "{estimate:.1e}",
+            "error": "{error:.1e}",
+            "error unmeasured": "{error unmeasured:.1e}",
+            "asked": "{tolerance:.0e}",
+        },
+    ),
     "solves": View(
         r"solve, thinness (?P<gap>[^,]+), (?P<method>.+)",
         {

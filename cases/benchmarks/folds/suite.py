@@ -71,7 +71,6 @@ def _row(
             "build": s.build_seconds,
             "bytes/unknown": s.bytes_per_unknown,
             "error random": s.achieved,
-            "error traction": layer.error_on(solved.solution.reshape(-1, 3)),
         }
     row |= parts
     row["reference"] = "none: exact sums would take longer than the solve"
