@@ -94,9 +94,7 @@ def test_knots_that_rounding_cannot_tell_apart():
     breaks = np.linspace(0.0, LENGTH, 17)
     right = cantilever_tip(*strip(breaks, 3, [1] * 8 + [2] + [1] * 8))
     assert right == pytest.approx([-3.2894, 0.0, 6.6997], abs=1e-4)
-    with pytest.raises(
-        ValueError, match=r"breaks\[8\] = 5 and breaks\[9\] = 5.000000001 are 1.0e-"
-    ):
+    with pytest.raises(ValueError, match=r"breaks\[8\] = 5 and breaks\[9\] = 5.000000001 are"):
         strip(np.sort(np.r_[breaks, 5.0 + 1e-9]))
     # just above the limit the strip is right, rounding and all
     assert cantilever_tip(*strip(np.sort(np.r_[breaks, 5.0 + 1.01 * RESOLVABLE * LENGTH]))) == (
@@ -112,9 +110,8 @@ def test_near_knots_of_a_knot_vector_become_one(caplog):
     assert space.breaks == pytest.approx([0.0, 0.3, 0.7, 1.0])
     assert list(space.multiplicity) == [1, 2, 1, 1]
     assert space.n == len(knots) - 4
+    four = [0.5 + k * 1e-12 for k in range(4)]
     with pytest.raises(ValueError, match=r"multiplicities must lie in 1\.\.3"):
-        shells.SplineSpace.from_knots(
-            [0.0] * 4 + [0.5 + k * 1e-12 for k in range(4)] + [1.0] * 4, 3
-        )
+        shells.SplineSpace.from_knots([0.0] * 4 + four + [1.0] * 4, 3)
     with pytest.raises(ValueError, match="4 fold ends"):
         shells.SplineSpace.from_knots([0.0] * 4 + [1e-12] + [1.0] * 4, 3)
