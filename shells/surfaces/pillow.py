@@ -55,12 +55,6 @@ class Pillow(TensorSurface):
             space = SplineSpace(np.linspace(0.0, 1.0, n + 1), 2, periodic=True)
             object.__setattr__(self, name, space)
 
-    @cached_property
-    def selected(self) -> np.ndarray:
-        """Element numbers of the grid that this surface consists of."""
-        every = np.arange(self.n_s * self.n_t)
-        return every if self.elements is None else np.unique(self.elements)
-
     def wrap(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Coefficient at grid position ``i, j``, ghosts ``j = -1`` and ``n_t`` included."""
         ghost = (j < 0) | (j >= self.n_t)
@@ -74,20 +68,15 @@ class Pillow(TensorSurface):
         around, across = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         return self.wrap(es[:, None] + around.ravel(), et[:, None] + across.ravel())
 
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Grid indices ``i * n_t + j`` of this surface's coefficients."""
-        return np.unique(self._grid_dofs)
-
     @property
-    def n_coefficients(self) -> int:
-        """Number of coefficients."""
-        return self.kept.size
-
-    @cached_property
-    def element_dofs(self) -> np.ndarray:
-        """Coefficients of each element, ``(n_elements, 9)``."""
-        return np.searchsorted(self.kept, self._grid_dofs)
+    def grid_edges(self) -> np.ndarray:
+        """Pairs of grid elements with a common edge, ``(n, 2)``; the zipped ends included."""
+        i, j = (g.ravel() for g in np.indices((self.n_s, self.n_t)))
+        here = i * self.n_t + j
+        around, across = self.wrap(i + 1, j), self.wrap(i, j + 1)
+        first = j == 0
+        pairs = (here, around), (here, across), (here[first], self.wrap(i, j - 1)[first])
+        return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
 
     @cached_property
     def _corner_rows(self) -> lil_matrix:
@@ -106,9 +95,9 @@ class Pillow(TensorSurface):
         return full
 
     def _used(self, full: lil_matrix) -> csr_matrix:
-        rows = full.tocsr()[self.kept]
+        rows = full.tocsr()
         rows.eliminate_zeros()
-        return rows[:, np.flatnonzero(np.diff(rows.tocsc().indptr))]
+        return self._own_reduction(rows)
 
     @cached_property
     def reduction(self) -> csr_matrix:

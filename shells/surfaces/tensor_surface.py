@@ -10,7 +10,8 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, identity, kron
+from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity, kron
+from scipy.sparse.csgraph import connected_components
 
 from .splines import SplineSpace, bernstein
 
@@ -26,22 +27,13 @@ class TensorSurface(ABC):
 
     s: SplineSpace
     t: SplineSpace
+    elements: np.ndarray | None
     shape = "quadrilateral"
 
     @property
     @abstractmethod
-    def n_coefficients(self) -> int:
-        """Rows of a coefficient array ``(n_coefficients, 3)``."""
-
-    @property
-    @abstractmethod
-    def selected(self) -> np.ndarray:
-        """Element numbers of the grid that this surface consists of, ``(n_elements,)``."""
-
-    @property
-    @abstractmethod
-    def element_dofs(self) -> np.ndarray:
-        """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
+    def _grid_dofs(self) -> np.ndarray:
+        """Grid numbers of the functions of each element, ``(n_elements, (p + 1) ** 2)``."""
 
     @property
     @abstractmethod
@@ -52,6 +44,74 @@ class TensorSurface(ABC):
     @abstractmethod
     def open_edges(self) -> dict[str, np.ndarray]:
         """Coefficients along each edge that nothing closes, by the edge's name."""
+
+    @cached_property
+    def selected(self) -> np.ndarray:
+        """Element numbers of the grid that this surface consists of, ``(n_elements,)``."""
+        every = np.arange(self.s.n_elements * self.t.n_elements)
+        return every if self.elements is None else np.unique(self.elements)
+
+    @property
+    def grid_edges(self) -> np.ndarray:
+        """Pairs of grid elements with a common edge, ``(n, 2)``."""
+        grid = np.arange(self.s.n_elements * self.t.n_elements)
+        grid = grid.reshape(self.s.n_elements, self.t.n_elements)
+        pairs = []
+        for space, along in ((self.s, grid), (self.t, grid.T)):
+            after = np.roll(along, -1, axis=0)
+            last = None if space.periodic and space.n_elements > 1 else -1
+            pairs.append(np.stack([along[:last].ravel(), after[:last].ravel()], axis=1))
+        return np.concatenate(pairs)
+
+    @cached_property
+    def pieces(self) -> np.ndarray:
+        """Which connected piece each element belongs to, ``(n_elements,)``: 0, 1, ..."""
+        place = np.full(self.s.n_elements * self.t.n_elements, -1)
+        place[self.selected] = np.arange(self.n_elements)
+        i, j = place[self.grid_edges].T
+        both = (i >= 0) & (j >= 0)
+        graph = (np.ones(both.sum()), (i[both], j[both]))
+        size = (self.n_elements, self.n_elements)
+        return connected_components(coo_matrix(graph, size), directed=False)[1]
+
+    @cached_property
+    def _numbering(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grid number and piece of each coefficient, coefficients of each element.
+
+        Pieces share none: a function that spans a cut is one on either side of it.
+        """
+        n = int(self._grid_dofs.max()) + 1
+        keys = self.pieces[:, None] * n + self._grid_dofs
+        own, dofs = np.unique(keys, return_inverse=True)
+        return own % n, own // n, dofs.reshape(keys.shape)
+
+    @property
+    def kept(self) -> np.ndarray:
+        """Grid number of each coefficient, ``(n_coefficients,)``."""
+        return self._numbering[0]
+
+    @property
+    def coefficient_pieces(self) -> np.ndarray:
+        """The piece of each coefficient, ``(n_coefficients,)``."""
+        return self._numbering[1]
+
+    @property
+    def element_dofs(self) -> np.ndarray:
+        """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
+        return self._numbering[2]
+
+    @property
+    def n_coefficients(self) -> int:
+        """Rows of a coefficient array ``(n_coefficients, 3)``."""
+        return self.kept.size
+
+    def _own_reduction(self, full: csr_matrix) -> csr_matrix:
+        """A reduction of grid coefficients as that of this surface's, piece by piece."""
+        blocks = []
+        for piece in range(self.pieces.max() + 1):
+            rows = full[self.kept[self.coefficient_pieces == piece]]
+            blocks.append(rows[:, np.flatnonzero(np.diff(rows.tocsc().indptr))])
+        return block_diag(blocks, format="csr")
 
     @property
     def density_reduction(self) -> csr_matrix:
