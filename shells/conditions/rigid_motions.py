@@ -41,8 +41,13 @@ class Mechanism:
     motions: np.ndarray
     elements: tuple[np.ndarray, ...] = ()
 
-    def refuse(self) -> None:
+    def refuse(self, dead: bool = True) -> None:
         """Raise if any motion is free.
+
+        Parameters
+        ----------
+        dead : bool
+            The loads are dead, so that `minimise` takes them.
 
         Raises
         ------
@@ -51,10 +56,10 @@ class Mechanism:
         """
         if self.motions.shape[0] == 0:
             return
+        other = ", or use shells.minimise, which needs no supports" if dead else ""
         raise ValueError(
             f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
-            "support them (shells.pin or another edge), or use shells.minimise, which needs no "
-            "supports"
+            f"support them (shells.pin or another edge){other}"
         )
 
     @property

@@ -33,6 +33,7 @@ class NewtonOutcome(enum.Enum):
     DIVERGED = "the residual became infinite or grew beyond recovery"
     LIMIT = "the iteration limit was reached before the tolerance"
     SINGULAR = "the tangent is singular: a rigid motion is free or the shell is unstressed"
+    NO_EQUILIBRIUM = "the loads exceed a limit point: the shell yields ever more as it stretches"
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,7 @@ def solve(
     tolerance: float,
     max_iterations: int,
     reuse: float,
+    reach: float = np.inf,
 ) -> NewtonResult:
     """Solve ``r(x, lam) = 0, g(x) = 0``.
 
@@ -166,6 +168,8 @@ def solve(
         Keep a factor while each update that it gives is below this fraction of the one before,
         and so far below that `CHORDS` more meet the tolerance; an update that is not is thrown
         away, for that of a new factor. 0 factors every tangent.
+    reach : float
+        An update beyond it is rounding over a vanishing stiffness: the tangent is singular.
 
     Returns
     -------
@@ -195,6 +199,8 @@ def solve(
                 factored, count = factor(at.tangent), count + 1
                 dx, step = factored.bordered(at.residual, at.row, at.defect)
         except (RuntimeError, np.linalg.LinAlgError, ValueError):
+            return ended(NewtonOutcome.SINGULAR)
+        if _size(dx) > reach:
             return ended(NewtonOutcome.SINGULAR)
         x += dx
         multiplier += step
