@@ -68,15 +68,10 @@ class Pillow(TensorSurface):
         around, across = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         return self.wrap(es[:, None] + around.ravel(), et[:, None] + across.ravel())
 
-    @property
-    def grid_edges(self) -> np.ndarray:
-        """Pairs of grid elements with a common edge, ``(n, 2)``; the zipped ends included."""
+    def beside(self, direction: str, step: int) -> np.ndarray:
+        """Neighbour of each grid element; the zipped ends close the grid."""
         i, j = (g.ravel() for g in np.indices((self.n_s, self.n_t)))
-        here = i * self.n_t + j
-        around, across = self.wrap(i + 1, j), self.wrap(i, j + 1)
-        first = j == 0
-        pairs = (here, around), (here, across), (here[first], self.wrap(i, j - 1)[first])
-        return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
+        return self.wrap(i + step, j) if direction == "s" else self.wrap(i, j + step)
 
     @cached_property
     def _corner_rows(self) -> lil_matrix:
@@ -175,8 +170,3 @@ class Pillow(TensorSurface):
     def restrict(self, elements: np.ndarray) -> Pillow:
         """This surface on some of its elements (numbers within the grid)."""
         return Pillow(self.n_s, self.n_t, np.asarray(elements))
-
-    @property
-    def open_edges(self) -> dict[str, np.ndarray]:
-        """A pillow has none."""
-        return {}

@@ -140,16 +140,13 @@ class SplineSurface(TensorSurface):
         """
         return np.flatnonzero(self.kept % self.t.n == j % self.t.n)
 
-    @property
-    def open_edges(self) -> dict[str, np.ndarray]:
-        """Coefficients of each open edge by name; empty for a closed surface."""
-        edges: dict[str, np.ndarray] = {}
-        if not self.s.periodic:
-            edges |= {} if self.pole_start else {"s = start": self.ring(0)}
-            edges |= {} if self.pole_end else {"s = end": self.ring(-1)}
-        if not self.t.periodic:
-            edges |= {"t = start": self.column(0), "t = end": self.column(-1)}
-        return edges
+    def beside(self, direction: str, step: int) -> np.ndarray:
+        """As for any grid; a pole closes the edge at its end."""
+        neighbours = super().beside(direction, step)
+        if direction == "s" and (self.pole_end if step > 0 else self.pole_start):
+            own = np.arange(neighbours.size)
+            return np.where(neighbours < 0, own, neighbours)
+        return neighbours
 
 
 def ring_scale(t: SplineSpace) -> float:

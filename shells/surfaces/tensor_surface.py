@@ -40,39 +40,66 @@ class TensorSurface(ABC):
     def reduction(self) -> csr_matrix:
         """Scalar extraction ``(n_coefficients, k)``: coefficients of a smooth field from dofs."""
 
-    @property
-    @abstractmethod
-    def open_edges(self) -> dict[str, np.ndarray]:
-        """Coefficients along each edge that nothing closes, by the edge's name."""
-
     @cached_property
     def selected(self) -> np.ndarray:
         """Element numbers of the grid that this surface consists of, ``(n_elements,)``."""
         every = np.arange(self.s.n_elements * self.t.n_elements)
         return every if self.elements is None else np.unique(self.elements)
 
-    @property
-    def grid_edges(self) -> np.ndarray:
-        """Pairs of grid elements with a common edge, ``(n, 2)``."""
+    def beside(self, direction: str, step: int) -> np.ndarray:
+        """Neighbour of each grid element across one of its edges.
+
+        Parameters
+        ----------
+        direction : {"s", "t"}
+        step : {-1, 1}
+            Towards the start or the end of that direction.
+
+        Returns
+        -------
+        (n_grid,) int array
+            -1 where the grid ends; the element itself where its edge is a pole.
+        """
         grid = np.arange(self.s.n_elements * self.t.n_elements)
         grid = grid.reshape(self.s.n_elements, self.t.n_elements)
-        pairs = []
-        for space, along in ((self.s, grid), (self.t, grid.T)):
-            after = np.roll(along, -1, axis=0)
-            last = None if space.periodic and space.n_elements > 1 else -1
-            pairs.append(np.stack([along[:last].ravel(), after[:last].ravel()], axis=1))
-        return np.concatenate(pairs)
+        axis, space = (0, self.s) if direction == "s" else (1, self.t)
+        neighbours = np.roll(grid, -step, axis)
+        if not space.periodic:
+            np.moveaxis(neighbours, axis, 0)[-1 if step > 0 else 0] = -1
+        return neighbours.ravel()
+
+    def _across(self, direction: str, step: int) -> np.ndarray:
+        """Row of the neighbour in `selected` by element: -1 where the grid ends, -2 where cut."""
+        place = np.full(self.s.n_elements * self.t.n_elements + 1, -2)
+        place[self.selected] = np.arange(self.n_elements)
+        place[-1] = -1
+        return place[self.beside(direction, step)[self.selected]]
 
     @cached_property
     def pieces(self) -> np.ndarray:
         """Which connected piece each element belongs to, ``(n_elements,)``: 0, 1, ..."""
-        place = np.full(self.s.n_elements * self.t.n_elements, -1)
-        place[self.selected] = np.arange(self.n_elements)
-        i, j = place[self.grid_edges].T
-        both = (i >= 0) & (j >= 0)
-        graph = (np.ones(both.sum()), (i[both], j[both]))
-        size = (self.n_elements, self.n_elements)
-        return connected_components(coo_matrix(graph, size), directed=False)[1]
+        across = np.stack([self._across(d, step) for d in "st" for step in (-1, 1)])
+        i = np.broadcast_to(np.arange(self.n_elements), across.shape)[across >= 0]
+        graph = coo_matrix((np.ones(i.size), (i, across[across >= 0])), 2 * (self.n_elements,))
+        return connected_components(graph, directed=False)[1]
+
+    @property
+    def open_edges(self) -> dict[str, csr_matrix]:
+        """Coefficients to Bezier points ``(n_points, n_coefficients)`` of each edge that nothing
+        closes, by its name; none for a closed surface."""
+        nb = np.arange((self.degree + 1) ** 2).reshape(self.degree + 1, self.degree + 1)
+        rows: dict[str, list[np.ndarray]] = {}
+        for direction in "st":
+            for end, word in enumerate(("start", "end")):
+                across = self._across(direction, 2 * end - 1)
+                side = nb[-end] if direction == "s" else nb[:, -end]
+                named = ((-1, f"{direction} = {word}"), (-2, "at the rim of the restriction"))
+                for mark, name in named:
+                    e = np.flatnonzero(across == mark)
+                    if e.size:
+                        points = (e[:, None] * nb.size + side).ravel()
+                        rows.setdefault(name, []).append(points)
+        return {name: self.bezier[np.unique(np.concatenate(r))] for name, r in rows.items()}
 
     @cached_property
     def _numbering(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
