@@ -71,7 +71,7 @@ class Mechanism:
         strong = np.abs(self.motions.reshape(self.motions.shape[0], -1, 6)) > 0.3
         named: dict[tuple[int, ...], list[str]] = {}
         for motion in strong:
-            moving = tuple(np.flatnonzero(motion.any(axis=1)))
+            moving = tuple(np.flatnonzero(motion.any(axis=1)).tolist())
             parts = " with ".join(w for w, s in zip(words, motion.any(axis=0), strict=True) if s)
             named.setdefault(moving, []).append(parts)
         if len(self.elements) < 2:
@@ -96,12 +96,12 @@ def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mecha
     if isinstance(basis, CurveBasis):
         points, piece, axes = basis.coefficients, np.zeros(n, dtype=int), np.array([0, 1, 5])
         elements: tuple[np.ndarray, ...] = ()
-        made = plane_modes
     else:
-        surface, made, axes = basis.surface, rigid_modes, np.arange(6)
+        surface, axes = basis.surface, np.arange(6)
         points, piece = coefficients_of(basis), surface.coefficient_pieces
         elements = tuple(surface.selected[surface.pieces == k] for k in np.unique(surface.pieces))
     length, count = float(np.ptp(points, axis=0).max()), int(piece.max()) + 1
+    made = plane_modes if isinstance(basis, CurveBasis) else rigid_modes
     modes = np.zeros((extraction.shape[0], count, 6))
     own = modes[: basis.N].reshape(n, basis.dimension, count, 6)
     for k in range(count):

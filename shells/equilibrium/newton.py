@@ -185,13 +185,13 @@ def solve(
         return NewtonResult(x, multiplier, outcome, tuple(history), residual, count)
 
     for _ in range(max_iterations):
-        kept = factored is not None and reuse > 0.0
+        kept = reuse > 0.0 and factored is not None
         at = system(x, multiplier, not kept)
         norms.append(float(np.linalg.norm(at.residual)))
         if not np.isfinite(norms[-1]):
             return ended(NewtonOutcome.DIVERGED)
         try:
-            if kept:
+            if kept and factored is not None:
                 dx, step = factored.bordered(at.residual, at.row, at.defect)
                 kept = _worth_keeping(_size(dx), history[-1], reuse, tolerance)
                 at = at if kept or at.tangent is not None else system(x, multiplier, True)

@@ -35,9 +35,9 @@ def check_smooth(surface: TensorSurface, seams: bool = False) -> None:
         return
     inside = np.zeros(surface.s.n_elements * surface.t.n_elements, dtype=bool)
     inside[surface.selected] = True
-    inside = inside.reshape(surface.s.n_elements, surface.t.n_elements)
-    for direction, space, grid in (("s", surface.s, inside), ("t", surface.t, inside.T)):
-        joins = (np.roll(grid, 1, axis=0) & grid).any(axis=1)  # element i to the one before
+    table = inside.reshape(surface.s.n_elements, surface.t.n_elements)
+    for direction, space, grid in (("s", surface.s, table), ("t", surface.t, table.T)):
+        joins: np.ndarray = np.any(np.roll(grid, 1, axis=0) & grid, axis=1)  # i to i - 1
         joins[0] &= space.periodic
         bad = np.flatnonzero(joins & (space.multiplicity[:-1] >= space.degree))
         if bad.size:

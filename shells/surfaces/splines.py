@@ -83,11 +83,12 @@ class SplineSpace:
                 f"{breaks[i]:g}; repeat a knot by multiplicity, or use SplineSpace.from_knots"
             )
         gaps, length = np.diff(breaks), breaks[-1] - breaks[0]
-        i = int(gaps.argmin())
-        if gaps[i] < RESOLVABLE * length:
+        narrow = int(gaps.argmin())
+        if gaps[narrow] < RESOLVABLE * length:
             raise ValueError(
-                f"breaks[{i}] = {breaks[i]:.12g} and breaks[{i + 1}] = {breaks[i + 1]:.12g} are "
-                f"{gaps[i] / length:.1e} of the length {length:g} apart: below {RESOLVABLE:g} "
+                f"breaks[{narrow}] = {breaks[narrow]:.12g} and breaks[{narrow + 1}] = "
+                f"{breaks[narrow + 1]:.12g} are {gaps[narrow] / length:.1e} of the length "
+                f"{length:g} apart: below {RESOLVABLE:g} "
                 "second derivatives are rounding; make them one break of higher multiplicity "
                 "(SplineSpace.from_knots does)"
             )
@@ -133,10 +134,10 @@ class SplineSpace:
         if not knots.size:
             raise ValueError("a knot vector needs knots")
         gaps, near = np.diff(knots), RESOLVABLE * (knots[-1] - knots[0])
-        for i in np.flatnonzero((gaps > 0.0) & (gaps < near)):
+        for k in np.flatnonzero((gaps > 0.0) & (gaps < near)):
             log.warning(
                 "knots[%d] = %.12g and knots[%d] = %.12g are too near to be resolved: merged",
-                *(i, knots[i], i + 1, knots[i + 1]),
+                *(k, knots[k], k + 1, knots[k + 1]),
             )
         first = np.flatnonzero(np.r_[True, gaps >= max(near, 5e-324)])
         breaks, count = knots[first], np.diff(np.r_[first, knots.size])

@@ -60,8 +60,8 @@ class TensorSurface(ABC):
         (n_grid,) int array
             -1 where the grid ends; the element itself where its edge is a pole.
         """
-        grid = np.arange(self.s.n_elements * self.t.n_elements)
-        grid = grid.reshape(self.s.n_elements, self.t.n_elements)
+        shape = (self.s.n_elements, self.t.n_elements)
+        grid = np.arange(shape[0] * shape[1]).reshape(shape)
         axis, space = (0, self.s) if direction == "s" else (1, self.t)
         neighbours = np.roll(grid, -step, axis)
         if not space.periodic:
