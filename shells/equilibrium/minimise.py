@@ -59,9 +59,11 @@ class Minimum:
         """Empty, or why there is no equilibrium."""
         if self.outcome is not NewtonOutcome.NO_EQUILIBRIUM:
             return "" if self.ok else self.outcome.value
+        inflated = self.state.pressure != 0.0
+        other = "prescribe the volume instead of the pressure (shells.static_path)"
         return (
             f"no equilibrium beyond {self.factor:.4g} of the loads: {self.outcome.value}; "
-            "prescribe the volume instead of the pressure (shells.static_path)"
+            f"{other if inflated else 'lower the load'}"
         )
 
 

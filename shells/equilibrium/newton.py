@@ -169,7 +169,7 @@ def solve(
         and so far below that `CHORDS` more meet the tolerance; an update that is not is thrown
         away, for that of a new factor. 0 factors every tangent.
     reach : float
-        An update beyond it is rounding over a vanishing stiffness: the tangent is singular.
+        An update beyond it is beyond recovery: over a vanishing stiffness, or of a huge load.
 
     Returns
     -------
@@ -201,7 +201,7 @@ def solve(
         except (RuntimeError, np.linalg.LinAlgError, ValueError):
             return ended(NewtonOutcome.SINGULAR)
         if _size(dx) > reach:
-            return ended(NewtonOutcome.SINGULAR)
+            return ended(_beyond(at, dx, step))
         x += dx
         multiplier += step
         history.append(_size(dx))
@@ -210,6 +210,18 @@ def solve(
         if history[-1] <= tolerance:
             return ended(NewtonOutcome.CONVERGED)
     return ended(NewtonOutcome.LIMIT)
+
+
+def _beyond(at: Equations, dx: np.ndarray, step: float) -> NewtonOutcome:
+    """What an enormous update means: rounding for a stiffness, or the answer to a huge load."""
+    if at.tangent is None:
+        return NewtonOutcome.DIVERGED
+    forces = at.tangent @ dx
+    left = forces + at.residual + (0.0 if at.row is None else step * at.row)
+    solved = np.linalg.norm(left) <= 0.1 * np.linalg.norm(at.residual)
+    stiffness = abs(float(dx @ forces)) / float(dx @ dx)
+    stiff = stiffness > 1e-13 * float(np.abs(at.tangent.diagonal()).max())
+    return NewtonOutcome.DIVERGED if solved and stiff else NewtonOutcome.SINGULAR
 
 
 def _size(update: np.ndarray) -> float:

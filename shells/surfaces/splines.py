@@ -189,8 +189,9 @@ class SplineSpace:
         p = self.degree
         x = 0.5 - 0.5 * np.cos(np.pi * (np.arange(p + 1) + 0.5) / (p + 1))
         inverse = np.linalg.inv(bernstein(p, x))
-        points = self.breaks[:-1, None] + x * np.diff(self.breaks)[:, None]
-        raw = BSpline(self.knots, np.eye(self.knots.size - p - 1), p)(points)
+        start = self.breaks[0]  # differences of breaks are exact, their distance to zero is not
+        points = self.breaks[:-1, None] - start + x * np.diff(self.breaks)[:, None]
+        raw = BSpline(self.knots - start, np.eye(self.knots.size - p - 1), p)(points)
         local = self._spans[:, None] - p + np.arange(p + 1)
         values = np.take_along_axis(raw, local[:, None, :], axis=2)  # (element, point, function)
         tables = np.swapaxes(values, 1, 2) @ inverse

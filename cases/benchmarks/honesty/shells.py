@@ -29,7 +29,7 @@ from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
 
-from ...geometry.revolution import revolve, sphere
+from ...geometry.revolution import sphere
 
 Trial = dict[str, Any]
 # What a trial computes: its relative error, or None where the software says that it failed.
@@ -92,7 +92,7 @@ def _space(
 
 
 def _flat(s: SplineSpace, elements: np.ndarray | None = None) -> tuple[SplineSurface, np.ndarray]:
-    surface = SplineSurface(s, SplineSpace([0.0, 1.0], s.degree), elements=elements)
+    surface = SplineSurface(s, SplineSpace(np.array([0.0, 1.0]), s.degree), elements=elements)
     x, y = np.repeat(s.greville, surface.t.n), np.tile(surface.t.greville, s.n)
     return surface, np.stack([x, y, 0.0 * x], axis=1)[surface.kept]
 
@@ -156,7 +156,7 @@ def _oval(degree: int, m: int, membrane: str) -> float | None:
     multiplicity = np.ones(n + 1, dtype=int)
     multiplicity[:: n // 4] = m
     t = SplineSpace(np.linspace(0.0, 2.0 * np.pi, n + 1), degree, True, multiplicity)
-    s = SplineSpace([0.0, 0.5, 1.0], degree)
+    s = SplineSpace(np.array([0.0, 0.5, 1.0]), degree)
     angle = np.linspace(0.0, 2.0 * np.pi, 20 * n, endpoint=False)
     radius = 1.0 + amplitude * np.cos(2.0 * angle)
     ring = t.fit(radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1), angle)

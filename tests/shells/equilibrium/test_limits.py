@@ -88,3 +88,12 @@ def test_no_advice_to_descend_a_load_without_potential():
     with pytest.raises(ValueError, match="rotation about y; support them") as refused:
         hinged.static(flat, load=shells.follower_pressure(structure.shell.basis, 1e-2))
     assert "minimise" not in str(refused.value)
+
+
+def test_a_huge_load_is_no_mechanism():
+    """Its linear answer is a million lengths away, but solves the linear system."""
+    structure, flat, _ = sheet(1e-2)
+    down = structure.static(flat, load=1e12 * np.ones_like(flat))
+    assert down.outcome is NewtonOutcome.DIVERGED
+    limp, flat, _ = sheet(0.0)
+    assert limp.static(flat, load=np.ones_like(flat)).outcome is NewtonOutcome.SINGULAR

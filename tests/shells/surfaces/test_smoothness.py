@@ -115,3 +115,10 @@ def test_near_knots_of_a_knot_vector_become_one(caplog):
         shells.SplineSpace.from_knots([0.0] * 4 + four + [1.0] * 4, 3)
     with pytest.raises(ValueError, match="4 fold ends"):
         shells.SplineSpace.from_knots([0.0] * 4 + [1e-12] + [1.0] * 4, 3)
+
+
+def test_splines_far_from_zero():
+    """Extraction in differences of breaks: 1e-10 off a million lengths away before."""
+    near = shells.SplineSpace(np.linspace(0.0, 1.0, 9), 3)
+    far = shells.SplineSpace(2.0**20 + np.linspace(0.0, 1.0, 9), 3)
+    assert np.abs(far.extraction - near.extraction).max() < 1e-14
