@@ -44,7 +44,7 @@ class SplineSurface(TensorSurface):
     elements : (n,) int array, optional
         Restriction to these elements (``e_s * t.n_elements + e_t``). Functions are then cut:
         coefficients of two restrictions of one surface are independent along their common rim,
-        and so are those of pieces of one restriction that have no edge in common.
+        and so are both sides of a cut or a slit in one restriction.
 
     Raises
     ------

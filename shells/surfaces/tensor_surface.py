@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity, kron
+from scipy.sparse import coo_matrix, csr_matrix, identity, kron
 from scipy.sparse.csgraph import connected_components
 
 from .splines import SplineSpace, bernstein
@@ -105,12 +105,31 @@ class TensorSurface(ABC):
     def _numbering(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grid number and piece of each coefficient, coefficients of each element.
 
-        Pieces share none: a function that spans a cut is one on either side of it.
+        A function that a cut or a slit divides is one on either side: its parts share no edge.
         """
-        n = int(self._grid_dofs.max()) + 1
-        keys = self.pieces[:, None] * n + self._grid_dofs
-        own, dofs = np.unique(keys, return_inverse=True)
-        return own % n, own // n, dofs.reshape(keys.shape)
+        parts, count = self._parts()
+        keys = self._grid_dofs * count + parts
+        own, first, dofs = np.unique(keys, return_index=True, return_inverse=True)
+        return own // count, self.pieces[first // keys.shape[1]], dofs.reshape(keys.shape)
+
+    def _parts(self) -> tuple[np.ndarray, int]:
+        """Connected part of its function that each function of each element belongs to."""
+        dofs = self._grid_dofs
+        if self.elements is None:
+            return np.zeros_like(dofs), 1
+        number = np.arange(dofs.size).reshape(dofs.shape)
+        pairs = []
+        for direction in "st":
+            for step in (-1, 1):  # both: at a zipped end only one of them crosses it
+                after = self._across(direction, step)
+                here = np.flatnonzero(after >= 0)
+                there = after[here]
+                k, a, b = np.nonzero(dofs[here][:, :, None] == dofs[there][:, None, :])
+                pairs.append(np.stack([number[here[k], a], number[there[k], b]]))
+        i, j = np.concatenate(pairs, axis=1)
+        graph = coo_matrix((np.ones(i.size), (i, j)), 2 * (dofs.size,))
+        count, parts = connected_components(graph, directed=False)
+        return parts.reshape(dofs.shape), count
 
     @property
     def kept(self) -> np.ndarray:
@@ -133,12 +152,18 @@ class TensorSurface(ABC):
         return self.kept.size
 
     def _own_reduction(self, full: csr_matrix) -> csr_matrix:
-        """A reduction of grid coefficients as that of this surface's, piece by piece."""
-        blocks = []
-        for piece in range(self.pieces.max() + 1):
-            rows = full[self.kept[self.coefficient_pieces == piece]]
-            blocks.append(rows[:, np.flatnonzero(np.diff(rows.tocsc().indptr))])
-        return block_diag(blocks, format="csr")
+        """A reduction of grid coefficients as that of this surface's.
+
+        Parts of a divided function that follow no others are dofs of their own; constraints (a
+        pole, a corner) hold piece by piece.
+        """
+        rows = full[self.kept].tocoo()
+        alone = np.bincount(full.tocoo().col, minlength=full.shape[1]) == 1
+        owner = np.where(alone[rows.col], rows.row, self.coefficient_pieces[rows.row])
+        keys = rows.col.astype(np.int64) * self.n_coefficients + owner
+        used, columns = np.unique(keys, return_inverse=True)
+        shape = (self.n_coefficients, used.size)
+        return csr_matrix((rows.data, (rows.row, columns)), shape)
 
     @property
     def density_reduction(self) -> csr_matrix:
