@@ -34,11 +34,14 @@ class Mechanism:
     motions : (n, 6 n_pieces) array
         Orthonormal combinations of three translations and three rotations about its centre (arms
         in units of the structure's length) for each piece.
+    modes : (n_dofs, 6 n_pieces) array
+        Those translations and rotations of all vector dofs.
     elements : tuple of int arrays
         Element numbers of each piece of the surface; one piece where it is connected.
     """
 
     motions: np.ndarray
+    modes: np.ndarray
     elements: tuple[np.ndarray, ...] = ()
 
     def refuse(self, dead: bool = True) -> None:
@@ -61,6 +64,30 @@ class Mechanism:
             f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
             f"support them (shells.pin or another edge){other}"
         )
+
+    def refuse_resultant(self, force: np.ndarray) -> None:
+        """Raise if a dead load does work on a free translation: nothing will ever balance it.
+
+        Raises
+        ------
+        ValueError
+            Naming the translation and the resultant.
+        """
+        if self.motions.shape[0] == 0:
+            return
+        turns = self.motions.reshape(self.motions.shape[0], -1, 6)[..., 3:]
+        pure = Mechanism(
+            self.motions[np.abs(turns).max(axis=(1, 2), initial=0.0) < 1e-9],
+            self.modes,
+            self.elements,
+        )
+        work = pure.motions @ (self.modes.T @ force.ravel())
+        if (bad := np.abs(work) > 1e-9 * np.abs(force).sum()).any():
+            first = Mechanism(pure.motions[bad][:1], self.modes, self.elements)
+            raise ValueError(
+                f"the load has a resultant of {work[bad][0]:.3g} along a free {first.names}: "
+                "no deformation balances it; support that motion or balance the load"
+            )
 
     @property
     def names(self) -> str:
@@ -116,7 +143,7 @@ def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mecha
     rows[:, axes] = reduced
     # 1e-7 of a coefficient's motion: a support moves whole coefficients, rounding none
     free = values < 1e-7 * np.sqrt(n)
-    return Mechanism(_simplest(rows[free]), elements)
+    return Mechanism(_simplest(rows[free]), modes, elements)
 
 
 def _simplest(motions: np.ndarray) -> np.ndarray:

@@ -103,8 +103,11 @@ def minimise(
     Raises
     ------
     ValueError
-        A pressure on a structure that encloses no volume.
+        A pressure on a structure that encloses no volume; a load with a resultant along a
+        translation that no support holds.
     """
+    if load is not None:
+        structure.mechanism.refuse_resultant(load)
 
     def descend(factor: float, start: np.ndarray) -> Minimum:
         dead = None if load is None else factor * load

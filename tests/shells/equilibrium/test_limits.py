@@ -97,3 +97,21 @@ def test_a_huge_load_is_no_mechanism():
     assert down.outcome is NewtonOutcome.DIVERGED
     limp, flat, _ = sheet(0.0)
     assert limp.static(flat, load=np.ones_like(flat)).outcome is NewtonOutcome.SINGULAR
+
+
+def test_nothing_balances_a_free_resultant():
+    """300 iterations, then ``LIMIT``: the plate flew away by a tenth of its length in each."""
+    structure, flat, _ = sheet(1e-2)
+    square = structure.shell.basis.surface
+    free = shells.ShellStructure(structure.shell, shells.supported(square))
+    down = np.zeros_like(flat)
+    down[:, 2] = -1e-6
+    with pytest.raises(
+        ValueError, match=r"resultant of -8\.1e-05 along a free translation along z"
+    ):
+        shells.minimise(free, flat, load=down)
+    down[square.ring(4)] *= 0.0
+    down[square.ring(4), 2] = -down[:, 2].sum() / square.t.n
+    assert shells.minimise(free, flat, load=down).ok
+    hinged = shells.supported(square, shells.hinge(square, "s", 0))
+    assert shells.minimise(shells.ShellStructure(structure.shell, hinged), flat, load=down).ok
