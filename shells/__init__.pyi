@@ -19,6 +19,8 @@ from .equilibrium.load_paths import load_path as load_path
 from .equilibrium.load_paths import static_path as static_path
 from .equilibrium.minimise import Minimum as Minimum
 from .equilibrium.minimise import minimise as minimise
+from .equilibrium.modes import Modes as Modes
+from .equilibrium.modes import lowest_modes as lowest_modes
 from .equilibrium.structure import ShellStructure as ShellStructure
 from .surfaces.spline_surface import SplineSurface as SplineSurface
 from .surfaces.splines import SplineSpace as SplineSpace

@@ -51,10 +51,15 @@ def point_load(surface: SplineSurface, s: float, t: float, force: ArrayLike) -> 
         min(int(np.searchsorted(space.breaks, x, side="right")) - 1, space.n_elements - 1)
         for x, space in ((s, surface.s), (t, surface.t))
     ]
-    if place[0] * surface.t.n_elements + place[1] not in surface.selected:
+    element = np.flatnonzero(surface.selected == place[0] * surface.t.n_elements + place[1])
+    if not element.size:
         raise ValueError(f"point load at ({s:g}, {t:g}) acts on no element of this restriction")
-    row = np.outer(surface.s.evaluate(s)[0], surface.t.evaluate(t)[0]).ravel()
-    return row[surface.kept][:, None] * np.asarray(force, dtype=float)
+    xi, eta = (
+        np.array([(x - space.breaks[e]) / (space.breaks[e + 1] - space.breaks[e])])
+        for x, space, e in ((s, surface.s, place[0]), (t, surface.t, place[1]))
+    )
+    row = surface.sample(xi, eta)[element[0]].toarray().ravel()
+    return row[:, None] * np.asarray(force, dtype=float)
 
 
 def line_load(

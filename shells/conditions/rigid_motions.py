@@ -1,7 +1,8 @@
 """Rigid motions: the near-null space of an unstressed shell, and which of them supports leave free.
 
 A motion is free if its coefficients lie in the range of the extraction E; static equilibrium of
-an unstressed shell is then undetermined, and the tangent singular.
+an unstressed shell is then undetermined, and the tangent singular. Pieces that a restriction cuts
+off from each other move on their own.
 """
 
 from __future__ import annotations
@@ -30,57 +31,119 @@ class Mechanism:
 
     Attributes
     ----------
-    motions : (n, 6) array
-        Orthonormal combinations of three translations and three rotations about the centre
-        (arms in units of the structure's length).
+    motions : (n, 6 n_pieces) array
+        Orthonormal combinations of three translations and three rotations about its centre (arms
+        in units of the structure's length) for each piece.
+    modes : (n_dofs, 6 n_pieces) array
+        Those translations and rotations of all vector dofs.
+    elements : tuple of int arrays
+        Element numbers of each piece of the surface; one piece where it is connected.
     """
 
     motions: np.ndarray
+    modes: np.ndarray
+    elements: tuple[np.ndarray, ...] = ()
 
-    def refuse(self) -> None:
+    def refuse(self, dead: bool = True) -> None:
         """Raise if any motion is free.
+
+        Parameters
+        ----------
+        dead : bool
+            The loads are dead, so that `minimise` takes them.
 
         Raises
         ------
         ValueError
-            Naming the motions and the remedy.
+            Naming the motions, the piece that moves, and the remedy.
         """
         if self.motions.shape[0] == 0:
             return
+        other = ", or use shells.minimise, which needs no supports" if dead else ""
         raise ValueError(
             f"the supports leave {self.motions.shape[0]} rigid motion(s) free: {self.names}; "
-            "support them (shells.pin or another edge), or use shells.minimise, which needs no "
-            "supports"
+            f"support them (shells.pin or another edge){other}"
         )
+
+    def refuse_resultant(self, force: np.ndarray) -> None:
+        """Raise if a dead load does work on a free translation: nothing will ever balance it.
+
+        Raises
+        ------
+        ValueError
+            Naming the translation and the resultant.
+        """
+        if self.motions.shape[0] == 0:
+            return
+        turns = self.motions.reshape(self.motions.shape[0], -1, 6)[..., 3:]
+        pure = Mechanism(
+            self.motions[np.abs(turns).max(axis=(1, 2), initial=0.0) < 1e-9],
+            self.modes,
+            self.elements,
+        )
+        work = pure.motions @ (self.modes.T @ force.ravel())
+        if (bad := np.abs(work) > 1e-9 * np.abs(force).sum()).any():
+            first = Mechanism(pure.motions[bad][:1], self.modes, self.elements)
+            raise ValueError(
+                f"the load has a resultant of {work[bad][0]:.3g} along a free {first.names}: "
+                "no deformation balances it; support that motion or balance the load"
+            )
 
     @property
     def names(self) -> str:
-        """The motions in words, dominant parts first."""
+        """The motions in words, dominant parts first, and the pieces that move."""
         words = [
             f"{kind} {axis}" for kind in ("translation along", "rotation about") for axis in "xyz"
         ]
-        strong = np.abs(self.motions) > 0.3
-        parts = (" with ".join(w for w, s in zip(words, row, strict=True) if s) for row in strong)
-        return ", ".join(parts)
+        strong = np.abs(self.motions.reshape(self.motions.shape[0], -1, 6)) > 0.3
+        named: dict[tuple[int, ...], list[str]] = {}
+        for motion in strong:
+            moving = tuple(np.flatnonzero(motion.any(axis=1)).tolist())
+            parts = " with ".join(w for w, s in zip(words, motion.any(axis=0), strict=True) if s)
+            named.setdefault(moving, []).append(parts)
+        if len(self.elements) < 2:
+            return ", ".join(part for parts in named.values() for part in parts)
+        return "; ".join(f"{', '.join(p)} of {self._pieces(k)}" for k, p in named.items())
+
+    def _pieces(self, moving: tuple[int, ...]) -> str:
+        """Pieces in words."""
+        parts = [
+            f"{part.size} element(s) from number {part.min()} to {part.max()}"
+            for part in (self.elements[k] for k in moving)
+        ]
+        return (
+            f"the unsupported piece of {' and that of '.join(parts)} (the restriction cuts the "
+            f"surface into {len(self.elements)} pieces without a common edge)"
+        )
 
 
 def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mechanism:
     """Free rigid motions of the reference of a vector basis under an extraction ``E``."""
     n = basis.N // basis.dimension
-    plane = isinstance(basis, CurveBasis)
-    points = basis.coefficients if isinstance(basis, CurveBasis) else coefficients_of(basis)
-    length = float(np.ptp(points, axis=0).max())
-    modes = np.zeros((extraction.shape[0], 6))
-    modes[: basis.N] = (plane_modes if plane else rigid_modes)(points / length)
+    if isinstance(basis, CurveBasis):
+        points, piece, axes = basis.coefficients, np.zeros(n, dtype=int), np.array([0, 1, 5])
+        elements: tuple[np.ndarray, ...] = ()
+    else:
+        surface, axes = basis.surface, np.arange(6)
+        points, piece = coefficients_of(basis), surface.coefficient_pieces
+        elements = tuple(surface.selected[surface.pieces == k] for k in np.unique(surface.pieces))
+    length, count = float(np.ptp(points, axis=0).max()), int(piece.max()) + 1
+    made = plane_modes if isinstance(basis, CurveBasis) else rigid_modes
+    modes = np.zeros((extraction.shape[0], count, 6))
+    own = modes[: basis.N].reshape(n, basis.dimension, count, 6)
+    for k in range(count):
+        part = piece == k
+        own[part, :, k] = made(points[part] / length).reshape(part.sum(), basis.dimension, 6)
+    modes = modes.reshape(extraction.shape[0], 6 * count)
+    axes = (6 * np.arange(count)[:, None] + axes).ravel()  # those that stay in the plane
     E = extraction.tocsc()
     outside = modes - E @ splu((E.T @ E).tocsc()).solve(E.T @ modes)
-    axes = (0, 1, 5) if plane else range(6)  # those that stay in the plane
     _, values, reduced = np.linalg.svd(outside[:, axes], full_matrices=False)
-    rows = np.zeros((values.size, 6))
+    rows = np.zeros((values.size, 6 * count))
     rows[:, axes] = reduced
     # 1e-7 of a coefficient's motion: a support moves whole coefficients, rounding none
     free = values < 1e-7 * np.sqrt(n)
-    return Mechanism(_simplest(rows[free]))
+    return Mechanism(_simplest(rows[free]), modes, elements)
 
 
 def _simplest(motions: np.ndarray) -> np.ndarray:

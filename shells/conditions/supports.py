@@ -200,9 +200,14 @@ def symmetry(surface: SplineSurface, direction: str, end: int, axis: int) -> Sup
     Raises
     ------
     ValueError
-        An edge that no element of the surface has.
+        An edge that no element of the surface has, or one that a restriction leaves ragged.
     """
     trace, following = (_row(surface, direction, end, k) for k in (0, 1))
+    if trace.size != following.size:
+        raise ValueError(
+            f"the restriction is ragged along edge {direction} at end {end}: a symmetry plane "
+            "needs whole columns of two elements there"
+        )
     along = [c for c in range(3) if c != axis]
     return Support(
         vector_dofs(trace, (axis,)), vector_dofs(following, along), vector_dofs(trace, along)

@@ -17,7 +17,7 @@ from ..surfaces.form import Scatter
 from ..surfaces.surface_basis import SurfaceBasis
 from .densities import Density
 from .interface import ShellEnergy
-from .point_tables import point_tables
+from .point_tables import check_bending, point_tables
 
 LEVI = np.zeros((3, 3, 3))
 LEVI[0, 1, 2] = LEVI[1, 2, 0] = LEVI[2, 0, 1] = 1.0
@@ -104,13 +104,29 @@ class HyperelasticShell(ShellEnergy):
     basis : SurfaceBasis
     density : Density
         Energy per reference area, such as `NeoHookean`.
-    exact_reference : bool
+    exact_reference, seams : bool
         As in `KirchhoffLove`.
+
+    Raises
+    ------
+    ValueError
+        A scalar basis; with flexural rigidity, degree 1 or (unless seams are meant) a C0 knot
+        line.
     """
 
     basis: SurfaceBasis
 
-    def __init__(self, basis: SurfaceBasis, density: Density, *, exact_reference: bool = False):
+    def __init__(
+        self,
+        basis: SurfaceBasis,
+        density: Density,
+        *,
+        exact_reference: bool = False,
+        seams: bool = False,
+    ):
+        if basis.components != 3:
+            raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
+        check_bending(basis.surface, density.material, seams)
         self.basis, self.density, self.material = basis, density, density.material
         self._tables = point_tables(basis, density.material, exact_reference=exact_reference)
         self._dofs = basis.surface.element_dofs

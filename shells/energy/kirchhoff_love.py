@@ -23,7 +23,7 @@ from . import _shell_kernels as kernels
 from .frame import fundamental_forms
 from .interface import ShellEnergy
 from .material import Material
-from .point_tables import point_tables, with_reduced_membrane
+from .point_tables import check_bending, point_tables, with_reduced_membrane
 
 
 class KirchhoffLove(ShellEnergy):
@@ -48,11 +48,14 @@ class KirchhoffLove(ShellEnergy):
     membrane : {"gauss", "reduced"}
         Points of the membrane energy: those of the basis, or the fewer ones of
         `shells.surfaces.membrane_rule`, with which thin shells do not lock.
+    seams : bool
+        C0 knot lines are meant: sewn seams, about which the shell turns freely.
 
     Raises
     ------
     ValueError
-        A scalar basis, an unknown formulation or rule, a rule the surface does not allow.
+        A scalar basis, an unknown formulation or rule, a rule the surface does not allow; with
+        flexural rigidity, degree 1 or (unless seams are meant) a C0 knot line.
     """
 
     basis: SurfaceBasis
@@ -67,6 +70,7 @@ class KirchhoffLove(ShellEnergy):
         formulation: str = "parametrization-free",
         chart: Callable | None = None,
         membrane: str = "gauss",
+        seams: bool = False,
     ):
         if basis.components != 3:
             raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
@@ -76,6 +80,7 @@ class KirchhoffLove(ShellEnergy):
             raise ValueError(f"unknown membrane rule {membrane!r}: 'gauss' or 'reduced'")
         if membrane == "reduced" and formulation == "classical":
             raise ValueError("membrane='reduced' needs the parametrization-free formulation")
+        check_bending(basis.surface, material, seams)
         self.basis, self.material, self.exact_reference = basis, material, exact_reference
         self._tables = point_tables(
             basis,

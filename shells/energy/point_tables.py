@@ -12,7 +12,9 @@ import numpy as np
 
 from ..surfaces.jets import Jets
 from ..surfaces.membrane_rule import membrane_points
+from ..surfaces.smoothness import check_smooth
 from ..surfaces.surface_basis import SurfaceBasis
+from ..surfaces.tensor_surface import TensorSurface
 from .frame import frame_transform, fundamental_forms, jets_in_frame
 from .material import Material
 
@@ -41,6 +43,18 @@ class PointTables:
     metric: np.ndarray
     curvature: np.ndarray
     elasticity: np.ndarray
+
+
+def check_bending(surface: TensorSurface, material: Material, seams: bool) -> None:
+    """Refuse bending on a surface that is not C1; a membrane may have kinks.
+
+    Raises
+    ------
+    ValueError
+        Degree 1, or a C0 knot line where no seams are meant.
+    """
+    if material.flexural_rigidity > 0.0:
+        check_smooth(surface, seams)
 
 
 def point_tables(

@@ -1,15 +1,17 @@
-"""Enclosed volume ``Q = 1/3 int theta . (theta_s x theta_t) ds dt`` [T 2.27, 2.30].
+"""Enclosed volume ``Q = 1/3 int (theta - a) . (theta_s x theta_t) ds dt`` [T 2.27, 2.30].
 
-Both variations are exact for the discrete Q whatever the quadrature. This full form is meant for
-surfaces that are closed, or whose boundary does not move: where an open boundary moves, its
-gradient contains a spurious edge load (the pressure on cones from the edges to the origin), and
-`OpenVolume` takes the short form ``Q'(rho) = int rho . (theta_s x theta_t)`` instead.
+Both variations are exact for the discrete Q whatever the quadrature. This full form closes an open
+edge by the cone from it to the apex a: right where the edge does not move, or moves in a plane
+through a, which then holds the cone (symmetry planes of a part of a bag). Elsewhere the gradient
+contains a spurious edge load, and `OpenVolume` takes the short form
+``Q'(rho) = int rho . (theta_s x theta_t)`` instead.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_matrix, identity, kron
 
 from ..surfaces.form import Scatter
 from ..surfaces.spline_surface import SplineSurface
@@ -28,10 +30,13 @@ class EnclosedVolume(Enclosure):
         Vector basis of the part of the surface that moves.
     offset : float
         Volume of the part that does not (the inlet).
+    apex : (3,) array, optional
+        Point in the symmetry planes in which open edges move; default the origin.
     """
 
-    def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
+    def __init__(self, basis: SurfaceBasis, offset: float = 0.0, apex: ArrayLike | None = None):
         self.basis, self.offset = basis, offset
+        self.apex = np.zeros(3) if apex is None else np.asarray(apex, dtype=float)
         stacked = np.stack([basis.values, basis.grads[0], basis.grads[1]])
         self._values = np.ascontiguousarray(np.moveaxis(stacked, (0, 1), (3, 2)))
         hs, ht = basis.sizes
@@ -44,7 +49,7 @@ class EnclosedVolume(Enclosure):
         Q = np.empty(ne)
         R = np.empty((ne, nd) if order > 0 else (1, 1))
         K = np.empty((ne, nd, nd) if order > 1 else (1, 1, 1))
-        c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3))
+        c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3) - self.apex)
         kernels.volume_terms(self._values, self._dw, self._dofs, c, order, Q, R, K)
         return Q, R, K
 
@@ -85,7 +90,7 @@ class EnclosedVolume(Enclosure):
         return self._scatter.vector(R), self._scatter.matrix(K)
 
     def check(self, extraction: csr_matrix) -> None:
-        """Refuse supports that let an open boundary move.
+        """Refuse supports that let an open boundary move out of planes through the apex.
 
         Parameters
         ----------
@@ -94,15 +99,53 @@ class EnclosedVolume(Enclosure):
         Raises
         ------
         ValueError
-            Naming the edge.
+            Naming the edge, and the apex that its planes have in common where there is one.
         """
-        rows = np.flatnonzero(np.diff(extraction.indptr)) // 3
-        for name, edge_rows in self.basis.surface.open_edges.items():
-            if np.isin(edge_rows, rows).any():
+        planes = [
+            (name, levels)
+            for name, trace in self.basis.surface.open_edges.items()
+            if (levels := self._planes(name, trace, extraction)) is not None
+        ]
+        if all(any(abs(self.apex[k] - x) <= self._near for k, x in own) for _, own in planes):
+            return
+        right: dict[int, float] = {}
+        for name, own in planes:
+            axis, level = next(((k, x) for k, x in own if k in right), own[0])
+            if abs(right.setdefault(axis, level) - level) > self._near:
                 raise ValueError(
-                    f"edge {name} is open and moves: the enclosed volume in its full form would "
-                    "load it; fix the edge, or use shells.OpenVolume"
+                    f"edge {name} moves in the plane {'xyz'[axis]} = {level:g}, another in the "
+                    f"parallel one at {right[axis]:g}: no cone lies in both; fix one of "
+                    "them, or close a tube by shells.OpenVolume"
                 )
+        apex = [right.get(k, float(self.apex[k])) for k in range(3)]
+        raise ValueError(
+            f"open edges move in planes that do not pass through {self.apex.tolist()}: give "
+            f"EnclosedVolume(..., apex={apex})"
+        )
+
+    @property
+    def _near(self) -> float:
+        return 1e-9 * float(np.ptp(self.basis.reference.value.reshape(-1, 3), axis=0).max())
+
+    def _planes(
+        self, name: str, trace: csr_matrix, extraction: csr_matrix
+    ) -> list[tuple[int, float]] | None:
+        """Planes ``x_k = level`` that an edge stays in; None for an edge that does not move."""
+        motion = abs(kron(trace, identity(3), format="csr") @ extraction).max(axis=1)
+        moves = (motion.toarray().reshape(-1, 3) > 1e-12).any(axis=0)
+        if not moves.any():
+            return None
+        own = []
+        if isinstance(self.basis.source, np.ndarray):
+            x = trace @ self.basis.source
+            flat = ~moves & (np.ptp(x, axis=0) <= self._near)
+            own = [(int(k), float(x[:, k].mean())) for k in np.flatnonzero(flat)]
+        if not own:
+            raise ValueError(
+                f"edge {name} is open and moves: the enclosed volume in its full form would "
+                "load it; fix the edge, hold it in a symmetry plane, or use shells.OpenVolume"
+            )
+        return own
 
 
 class OpenVolume(EnclosedVolume):

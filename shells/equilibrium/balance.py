@@ -15,6 +15,8 @@ from . import newton
 from .damped_tangent import DampedFactor
 from .supported_shell import SupportedShell
 
+REACH = 1e6  # lengths of the structure: the largest update of a tangent that is not singular
+
 
 @dataclass(frozen=True)
 class Balance:
@@ -54,6 +56,7 @@ class Balance:
             tolerance=s.tolerance,
             max_iterations=s.max_iterations,
             reuse=s.reuse,
+            reach=REACH * s.length,
         )
 
     def equations(self, q: np.ndarray, multiplier: float, with_tangent: bool) -> newton.Equations:

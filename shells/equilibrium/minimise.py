@@ -3,12 +3,14 @@
 Levenberg-Marquardt: ``(W'' - p Q'' + s M) d = -Pi'``; a step is taken if Pi falls and no
 coefficient moves by more than a tenth of the structure, and s then shrinks; else s grows. The
 shift also carries rigid motions, so that a free bag needs no pins, and an unstressed flat bag
-inflates from zero volume.
+inflates from zero volume. Where the loads exceed a limit point Pi has no minimum: the shell then
+stretches without end along directions of negative curvature; the descent stops, and finds the
+largest share of the loads that is in equilibrium.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +20,8 @@ from .supported_shell import SupportedShell
 
 SHRINK, GROW = 0.25, 4.0
 REACH = 0.1  # largest move of one step over the structure's length
+RUNAWAY = 2.0  # mean stretch from which a step along negative curvature is one without end
+HALVINGS = 7  # of the interval that holds the limit point
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class Minimum:
         Norm of the last residual over that of the loads.
     shift : float
         Last multiple of the mass matrix.
+    factor : float
+        Share of the loads that ``state`` carries: 1, unless they exceed a limit point.
     """
 
     state: ShellState
@@ -41,11 +47,24 @@ class Minimum:
     iterations: int
     residual: float
     shift: float
+    factor: float = 1.0
 
     @property
     def ok(self) -> bool:
         """Whether the residual reached its tolerance."""
         return self.outcome is NewtonOutcome.CONVERGED
+
+    @property
+    def failure(self) -> str:
+        """Empty, or why there is no equilibrium."""
+        if self.outcome is not NewtonOutcome.NO_EQUILIBRIUM:
+            return "" if self.ok else self.outcome.value
+        inflated = self.state.pressure != 0.0
+        other = "prescribe the volume instead of the pressure (shells.static_path)"
+        return (
+            f"no equilibrium beyond {self.factor:.4g} of the loads: {self.outcome.value}; "
+            f"{other if inflated else 'lower the load'}"
+        )
 
 
 def minimise(
@@ -78,13 +97,53 @@ def minimise(
     Returns
     -------
     Minimum
-        On failure, the lowest state found.
+        On failure, the lowest state found; beyond a limit point, that of the largest share of the
+        loads that was found in equilibrium.
 
     Raises
     ------
     ValueError
-        A pressure on a structure that encloses no volume.
+        A pressure on a structure that encloses no volume; a load with a resultant along a
+        translation that no support holds.
     """
+    if load is not None:
+        structure.mechanism.refuse_resultant(load)
+
+    def descend(factor: float, start: np.ndarray) -> Minimum:
+        dead = None if load is None else factor * load
+        end = _descend(structure, start, factor * pressure, dead, tolerance, max_iterations, shift)
+        return replace(end, factor=factor)
+
+    end = descend(1.0, coefficients)
+    if end.outcome is not NewtonOutcome.NO_EQUILIBRIUM:
+        return end
+    still = replace(end.state, coefficients=coefficients, pressure=0.0)
+    best, above, spent = replace(end, state=still, factor=0.0), 1.0, end.iterations
+    for _ in range(HALVINGS):
+        trial = descend(0.5 * (best.factor + above), best.state.coefficients)
+        spent += trial.iterations
+        if trial.ok:
+            best = trial
+        else:
+            above = trial.factor
+    if above == 1.0:  # the loads may be in equilibrium where the first descent jumped past it
+        trial = descend(1.0, best.state.coefficients)
+        spent += trial.iterations
+        best = trial if trial.ok else best
+    outcome = best.outcome if best.factor == 1.0 else NewtonOutcome.NO_EQUILIBRIUM
+    return replace(best, outcome=outcome, iterations=spent)
+
+
+def _descend(
+    structure: SupportedShell,
+    coefficients: np.ndarray,
+    pressure: float,
+    load: np.ndarray | None,
+    tolerance: float,
+    max_iterations: int,
+    shift: float,
+) -> Minimum:
+    """One descent; the parameters are those of `minimise`."""
     E, E_shell, n = structure.E, structure.E_shell, structure.n
     dead = np.zeros(n) if load is None else structure.own(load)
     inflated = pressure != 0.0
@@ -98,6 +157,7 @@ def minimise(
         state = ShellState(0.0, configuration, np.zeros_like(configuration), pressure)
         return Minimum(state, outcome, iteration, residual, shift)
 
+    limit = RUNAWAY ** (structure.dimension - 1) * float(structure.shell.basis.dx.sum())
     c = coefficients.ravel().copy()
     value, residual, iteration = potential(c), np.inf, 0
     while iteration < max_iterations:
@@ -124,4 +184,6 @@ def minimise(
             if shift > 1e12:
                 return ended(NewtonOutcome.DIVERGED)
         c, value, shift = trial, potential(trial), SHRINK * shift
+        if d @ (K @ d) <= 0.0 and structure.area(c) > limit:
+            return ended(NewtonOutcome.NO_EQUILIBRIUM)
     return ended(NewtonOutcome.LIMIT)

@@ -18,7 +18,7 @@ def static_equilibrium(
     load: np.ndarray | Follower | None,
 ) -> ShellStep:
     """Equilibrium near a configuration; parameters and errors as in `ShellStructure.static`."""
-    structure.mechanism.refuse()
+    structure.mechanism.refuse(dead=not callable(load))
     linear = np.zeros(structure.E.shape[1])
     follower = None
     if isinstance(load, np.ndarray):

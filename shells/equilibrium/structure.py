@@ -40,7 +40,9 @@ class ShellStructure(SupportedShell):
         Linear solver of Newton's iteration: `shells.equilibrium.newton.factorize`, or
         `shells.equilibrium.multigrid.multigrid` for very large systems without a volume.
     reuse : float
-        Keep a factor while each Newton update is below this fraction of the last (0: never).
+        Keep a factor of the tangent while its updates fall below this fraction of the last and
+        meet the tolerance soon (0: never). It saves factors, never at the price of many
+        iterations.
 
     Raises
     ------

@@ -2,6 +2,6 @@
 
 Read `splines` (one variable), `tensor_surface` and `spline_surface` (two variables, poles,
 restrictions) or `pillow` (closed without poles), then `surface_basis` (scikit-fem meets them),
-`form` (assembly of element arrays) and `membrane_rule` (points that do not lock). `curve` is the
-plane counterpart. Nothing here knows of energies.
+`form` (assembly of element arrays), `membrane_rule` (points that do not lock) and `smoothness`
+(surfaces that cannot bend). `curve` is the plane counterpart. Nothing here knows of energies.
 """

@@ -3,7 +3,8 @@
 In each direction the fewest points that integrate the spline space of degree p + 1 and
 continuity p - 2 exactly: about 1.5 an element instead of p + 1, hence few enough strains that
 must vanish in thin shells. Bending keeps its Gauss points, and as only a quadrature changes the
-energy keeps its exact gradient and symmetric tangent.
+energy keeps its exact gradient and symmetric tangent. Periodic rules repeat after two elements:
+one point each leaves the shortest wrinkles without membrane strain, two lock as Gauss points do.
 
 Source of the idea: reduced rules for splines, Adam, Hughes et al. (2015), Leonetti et al. (2018);
 points by Newton's method on the moments.

@@ -55,12 +55,6 @@ class Pillow(TensorSurface):
             space = SplineSpace(np.linspace(0.0, 1.0, n + 1), 2, periodic=True)
             object.__setattr__(self, name, space)
 
-    @cached_property
-    def selected(self) -> np.ndarray:
-        """Element numbers of the grid that this surface consists of."""
-        every = np.arange(self.n_s * self.n_t)
-        return every if self.elements is None else np.unique(self.elements)
-
     def wrap(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Coefficient at grid position ``i, j``, ghosts ``j = -1`` and ``n_t`` included."""
         ghost = (j < 0) | (j >= self.n_t)
@@ -74,20 +68,10 @@ class Pillow(TensorSurface):
         around, across = np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij")
         return self.wrap(es[:, None] + around.ravel(), et[:, None] + across.ravel())
 
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Grid indices ``i * n_t + j`` of this surface's coefficients."""
-        return np.unique(self._grid_dofs)
-
-    @property
-    def n_coefficients(self) -> int:
-        """Number of coefficients."""
-        return self.kept.size
-
-    @cached_property
-    def element_dofs(self) -> np.ndarray:
-        """Coefficients of each element, ``(n_elements, 9)``."""
-        return np.searchsorted(self.kept, self._grid_dofs)
+    def beside(self, direction: str, step: int) -> np.ndarray:
+        """Neighbour of each grid element; the zipped ends close the grid."""
+        i, j = (g.ravel() for g in np.indices((self.n_s, self.n_t)))
+        return self.wrap(i + step, j) if direction == "s" else self.wrap(i, j + step)
 
     @cached_property
     def _corner_rows(self) -> lil_matrix:
@@ -106,9 +90,9 @@ class Pillow(TensorSurface):
         return full
 
     def _used(self, full: lil_matrix) -> csr_matrix:
-        rows = full.tocsr()[self.kept]
+        rows = full.tocsr()
         rows.eliminate_zeros()
-        return rows[:, np.flatnonzero(np.diff(rows.tocsc().indptr))]
+        return self._own_reduction(rows)
 
     @cached_property
     def reduction(self) -> csr_matrix:
@@ -186,8 +170,3 @@ class Pillow(TensorSurface):
     def restrict(self, elements: np.ndarray) -> Pillow:
         """This surface on some of its elements (numbers within the grid)."""
         return Pillow(self.n_s, self.n_t, np.asarray(elements))
-
-    @property
-    def open_edges(self) -> dict[str, np.ndarray]:
-        """A pillow has none."""
-        return {}

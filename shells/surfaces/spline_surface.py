@@ -43,7 +43,8 @@ class SplineSurface(TensorSurface):
         The edge at the start (end) of ``s`` collapses to a pole; ``t`` must be periodic.
     elements : (n,) int array, optional
         Restriction to these elements (``e_s * t.n_elements + e_t``). Functions are then cut:
-        coefficients of two restrictions of one surface are independent along their common rim.
+        coefficients of two restrictions of one surface are independent along their common rim,
+        and so are both sides of a cut or a slit in one restriction.
 
     Raises
     ------
@@ -67,33 +68,10 @@ class SplineSurface(TensorSurface):
             raise ValueError("two poles need at least four rings of coefficients")
 
     @cached_property
-    def selected(self) -> np.ndarray:
-        """Element numbers of the tensor grid that this surface consists of."""
-        every = np.arange(self.s.n_elements * self.t.n_elements)
-        return every if self.elements is None else np.unique(self.elements)
-
-    @cached_property
-    def _tensor_dofs(self) -> np.ndarray:
+    def _grid_dofs(self) -> np.ndarray:
         es, et = np.divmod(self.selected, self.t.n_elements)
         pairs = self.s.element_dofs[es][:, :, None] * self.t.n
         return (pairs + self.t.element_dofs[et][:, None, :]).reshape(self.n_elements, -1)
-
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Tensor indices ``i * n_t + j`` of this surface's coefficients."""
-        if self.elements is None:
-            return np.arange(self.s.n * self.t.n)
-        return np.unique(self._tensor_dofs)
-
-    @property
-    def n_coefficients(self) -> int:
-        """Number of coefficients."""
-        return self.kept.size
-
-    @cached_property
-    def element_dofs(self) -> np.ndarray:
-        """Coefficients of each element, ``(n_elements, (p + 1) ** 2)``."""
-        return np.searchsorted(self.kept, self._tensor_dofs)
 
     @cached_property
     def reduction(self) -> csr_matrix:
@@ -117,9 +95,8 @@ class SplineSurface(TensorSurface):
         ]
         data = [np.ones(free.size), *(values.ravel() for _, values in blocks)]
         entries = (np.concatenate(data), (np.concatenate(rows), np.concatenate(cols)))
-        full = coo_matrix(entries, (n, free.size + 3 * len(blocks))).tocsr()[self.kept]
-        used = np.flatnonzero(np.diff(full.tocsc().indptr))
-        return full[:, used]
+        full = coo_matrix(entries, (n, free.size + 3 * len(blocks))).tocsr()
+        return self._own_reduction(full)
 
     def restrict(self, elements: np.ndarray) -> SplineSurface:
         """This surface on some of its elements.
@@ -147,8 +124,7 @@ class SplineSurface(TensorSurface):
         -------
         (n,) int array
         """
-        wanted = (i % self.s.n) * self.t.n + np.arange(self.t.n)
-        return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
+        return np.flatnonzero(self.kept // self.t.n == i % self.s.n)
 
     def column(self, j: int) -> np.ndarray:
         """Coefficients of one column, along which ``t`` is constant.
@@ -162,19 +138,15 @@ class SplineSurface(TensorSurface):
         -------
         (n,) int array
         """
-        wanted = np.arange(self.s.n) * self.t.n + j % self.t.n
-        return np.searchsorted(self.kept, wanted[np.isin(wanted, self.kept)])
+        return np.flatnonzero(self.kept % self.t.n == j % self.t.n)
 
-    @property
-    def open_edges(self) -> dict[str, np.ndarray]:
-        """Coefficients of each open edge by name; empty for a closed surface."""
-        edges: dict[str, np.ndarray] = {}
-        if not self.s.periodic:
-            edges |= {} if self.pole_start else {"s = start": self.ring(0)}
-            edges |= {} if self.pole_end else {"s = end": self.ring(-1)}
-        if not self.t.periodic:
-            edges |= {"t = start": self.column(0), "t = end": self.column(-1)}
-        return edges
+    def beside(self, direction: str, step: int) -> np.ndarray:
+        """As for any grid; a pole closes the edge at its end."""
+        neighbours = super().beside(direction, step)
+        if direction == "s" and (self.pole_end if step > 0 else self.pole_start):
+            own = np.arange(neighbours.size)
+            return np.where(neighbours < 0, own, neighbours)
+        return neighbours
 
 
 def ring_scale(t: SplineSpace) -> float:
