@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Coupling, Output, Sections, Time, rule
+from ...limits import rule
+from ...sections import Coupling, Output, Sections, Time
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
+from hbem.layers.choice import STORED_LIMIT
 
 from ...output.forecast import Forecast, Item
 from ..schemes import LIMITS
+from ..sizes import NEAR_BYTES, Sizes, dense_bytes, response_bytes, shell_bytes
 from .config import CapsuleScene
 
 
@@ -18,6 +20,26 @@ def contraction(scene: CapsuleScene) -> float:
     both = 0.5 * (1.0 + f.viscosity_ratio)
     rate = contraction_forecast(f.mass_ratio, scene.time.dt, element_size=size, gap=2.0, extent=1.0)
     return both * rate
+
+
+def sizes(scene: CapsuleScene) -> Sizes:
+    """Counts and memory from the numbers of the mesh."""
+    m = scene.mesh
+    elements, coefficients = m.rows * m.around, (m.rows + m.degree) * m.around
+    unknowns = 3 * ((m.rows + m.degree - 4) * m.around + 6)
+    stored = unknowns <= STORED_LIMIT
+    layers = 1 + (scene.fluid.viscosity_ratio != 1.0)
+    return Sizes(
+        elements,
+        unknowns,
+        {
+            "shell": shell_bytes(elements, m.degree, 3 * coefficients),
+            "dense operators": layers * dense_bytes(unknowns) if stored else 0.0,
+            "near field": layers * NEAR_BYTES * unknowns,
+            "fluid response": response_bytes(scene.coupling, 3 * coefficients),
+        },
+        "lower mesh.rows or mesh.around",
+    )
 
 
 def forecast(scene: CapsuleScene) -> Forecast:

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...sections import Choice, Sections, StepOutput, rule
+from ...limits import rule
+from ...sections import Choice, Sections, StepOutput
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,8 @@ class StripGeometry:
     """A flat strip, clamped at the start of its length, loaded at the other end."""
 
     kind: str = rule("strip", choices=("strip",))
-    length: float = rule(10.0, above=0.0)
-    width: float = rule(1.0, above=0.0)
+    length: float = rule(10.0, above=0.0, most=1e20)
+    width: float = rule(1.0, above=0.0, most=1e20)
 
     @property
     def path(self) -> float:
@@ -36,8 +37,8 @@ class AnnulusGeometry:
     """A flat annulus slit along the x axis; one lip of the slit is clamped, the other loaded."""
 
     kind: str = rule("annulus", choices=("annulus",))
-    inner: float = rule(6.0, above=0.0)
-    outer: float = rule(10.0, above=0.0)
+    inner: float = rule(6.0, above=0.0, most=1e20)
+    outer: float = rule(10.0, above=0.0, most=1e20)
 
     @property
     def path(self) -> float:
@@ -66,8 +67,8 @@ class ShellSection:
     ``membrane = "reduced"`` takes the reduced points of the membrane energy that do not lock.
     """
 
-    thickness: float = rule(0.1, above=0.0)
-    young_modulus: float = rule(1.2e6, above=0.0)
+    thickness: float = rule(0.1, above=0.0, most=1e20)
+    young_modulus: float = rule(1.2e6, above=0.0, most=1e20)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
 
@@ -80,7 +81,7 @@ class EndForce:
     """
 
     kind: str = rule("force", choices=("force",))
-    force: tuple[float, float, float] = rule((0.0, 0.0, 4.0))
+    force: tuple[float, float, float] = rule((0.0, 0.0, 4.0), least=-1e20, most=1e20)
     steps: int = rule(20, least=1, most=10000)
 
 
@@ -89,7 +90,7 @@ class EndMoment:
     """A moment per unit of the loaded end that turns with it, positive towards +z."""
 
     kind: str = rule("moment", choices=("moment",))
-    moment: float = rule(0.0)
+    moment: float = rule(0.0, least=-1e20, most=1e20)
     steps: int = rule(20, least=1, most=10000)
 
 
@@ -121,6 +122,7 @@ class LoadPathScene:
         return {"newton.update": NEWTON}
 
 
+THINNEST, SLENDEREST = 1e-7, 1e4
 NEWTON = 1e-9  # largest Newton update over the extent of the shell
 SECTIONS: Sections = {
     "geometry": Choice("geometry.kind", {"strip": StripGeometry, "annulus": AnnulusGeometry}),
@@ -145,6 +147,21 @@ def impossible(scene: LoadPathScene) -> list[str]:
             g.across > 0.0 and h > min(g.across, g.path),
             f"structure.thickness: {h:g} makes this no shell; it must be below {named} = "
             f"{g.across:g} and the length {g.path:.4g}",
+        ),
+        (
+            h < THINNEST * max(g.path, abs(g.across)),
+            f"structure.thickness: {h:g} is below {THINNEST:g} of the shell's length {g.path:.4g}: "
+            "rounding hides its bending; raise it",
+        ),
+        (
+            not 1.0 / SLENDEREST <= abs(g.across) / g.path <= SLENDEREST,
+            f"geometry: {g.path:.4g} long and {g.across:.4g} across; lengths must be within "
+            f"{SLENDEREST:g} of each other",
+        ),
+        (
+            isinstance(f, EndForce) and math.hypot(*f.force) > scene.structure.young_modulus * h,
+            f"load.force: {list(getattr(f, 'force', ()))} exceeds young_modulus x thickness = "
+            f"{scene.structure.young_modulus * h:.3g}: strains above 1; lower it",
         ),
         (
             isinstance(f, EndForce) and not any(f.force),

@@ -8,8 +8,9 @@ from coupling.schemes.contraction import contraction_forecast
 
 from ...output.forecast import Forecast, Item
 from ..schemes import LIMITS
+from ..sizes import Sizes, dense_bytes
 from .config import PlanarScene
-from .geometry import PlanarBag, planar_bag
+from .geometry import PlanarBag, pieces, planar_bag
 
 
 def final_volume(scene: PlanarScene, body: PlanarBag, start: float) -> float:
@@ -37,6 +38,16 @@ def area(body: PlanarBag) -> float:
     points = np.concatenate([body.coefficients[::2], body.inlet])
     following = np.roll(points, -1, axis=0)
     return 0.5 * float(np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]))
+
+
+def sizes(scene: PlanarScene) -> Sizes:
+    """Counts and memory from the numbers of the mesh."""
+    elements = pieces(scene.geometry).count(scene.mesh)
+    fluid = {"stokes": 4, "potential": 1, "pressure": 0}[scene.fluid.model]
+    unknowns = max(4 * (elements + 1), fluid * (elements + scene.mesh.inlet))
+    memory = {"dense operators": 2.0 * dense_bytes(fluid * (elements + scene.mesh.inlet))}
+    remedy = "raise mesh.straight and mesh.curved, or lower mesh.uniform or mesh.halvings"
+    return Sizes(elements, unknowns, memory | {"curve": 1e4 * elements}, remedy)
 
 
 def forecast(scene: PlanarScene) -> Forecast:
