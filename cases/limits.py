@@ -43,9 +43,8 @@ def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
     """What is wrong with a value of the right type, one message or none."""
     choices = limits.get("choices")
     if choices is not None:
-        wrong = value not in choices
         valid = ", ".join(map(repr, choices))
-        return [f"{path}: {shown(value)} is none of {valid}"] if wrong else []
+        return [] if value in choices else [f"{path}: {shown(value)} is none of {valid}"]
     if isinstance(value, str | bool):
         return []
     values = value if isinstance(value, tuple) else (value,)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 from .limits import rule, shown
 
@@ -195,8 +195,8 @@ def unusual(scene: AnyScene) -> str:
     for section in fields(scene):  # type: ignore[arg-type]
         part = getattr(scene, section.name)
         for key in fields(part) if is_dataclass(part) else ():
-            value, usual = getattr(part, key.name), key.default
-            if isinstance(value, int | float) and value > 0 and usual > 0:
+            value, usual = getattr(part, key.name), cast(Any, key.default)
+            if all(isinstance(v, int | float) and v > 0 for v in (value, usual)):
                 distance = abs(math.log(value / usual))
                 if distance > worst:
                     worst = distance
