@@ -33,6 +33,8 @@ def rule(default: Any, **limits: Any) -> Any:
         Ends of the range.
     choices : tuple, optional
         All admissible values.
+    why : str, optional
+        Reason of the choices, for the message.
     only : mapping of str to tuple, optional
         Other keys of the scene and their values under which this key has an effect.
     """
@@ -44,7 +46,8 @@ def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
     choices = limits.get("choices")
     if choices is not None:
         valid = ", ".join(map(repr, choices))
-        return [] if value in choices else [f"{path}: {shown(value)} is none of {valid}"]
+        why = f": {limits['why']}" if "why" in limits else ""
+        return [] if value in choices else [f"{path}: {shown(value)} is none of {valid}{why}"]
     if isinstance(value, str | bool):
         return []
     values = value if isinstance(value, tuple) else (value,)
@@ -68,7 +71,7 @@ def shown(raw: Any) -> str:
     if isinstance(raw, dict):
         return "a section"
     if isinstance(raw, int) and abs(raw) >= 10**SHOWN:
-        return f"a whole number of about {int(raw.bit_length() * math.log10(2.0)) + 1} digits"
+        return f"a whole number of about {round(raw.bit_length() * math.log10(2.0))} digits"
     try:
         text = literal(raw)
     except TypeError:

@@ -21,6 +21,7 @@ from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError
 
 _TOP = {"name": str, "description": str}
 _TYPES = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
+_LONGEST = {"name": 100, "description": 1000}
 _MISSING = object()
 _WORDS = {
     "kind",
@@ -88,8 +89,8 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
         return [f"--set {item!a}: is not UTF-8 text"]
     except tomllib.TOMLDecodeError:
         value = text
-    except ValueError as error:  # a number of too many digits
-        return [f"--set {path}: {error}"]
+    except ValueError:
+        return [f"--set {path}: the number has too many digits"]
     _drop_other_words(table, path, value)
     *parents, key = path.split(".")
     for parent in parents:
@@ -129,6 +130,7 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
             errors.append(f"{key}: unknown key{nearest(key, known)}")
     values = {key: _value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
     values = {key: "" if value is _MISSING else value for key, value in values.items()}
+    errors += [m for key in _TOP for m in _unreadable(key, values[key], errors)]
     sections = {
         name: _section(name, section, table, errors)
         for name, section in kind.sections.items()
@@ -150,6 +152,17 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
     if wrong := kind.impossible(scene):
         raise SceneError(wrong)
     return scene
+
+
+def _unreadable(key: str, text: str, errors: Sequence[str]) -> list[str]:
+    """What is wrong with a text: names become folders, both are printed on one line."""
+    if any(message.startswith(f"{key}:") for message in errors):
+        return []
+    bad = text in ("", ".", "..") or not text.isprintable() or {"/", "\\"} & {*text}
+    if key == "name" and bad:
+        return [f"name: {shown(text)} names no folder; use printable characters without slashes"]
+    most = _LONGEST[key]
+    return [f"{key}: has {len(text)} characters; use {most} at most"] if len(text) > most else []
 
 
 def _kind(table: Mapping[str, Any], errors: list[str]) -> Kind:

@@ -63,8 +63,11 @@ def parse(origin: str, text: str) -> dict[str, Any]:
     """The tables of a scene's text."""
     try:
         return tomllib.loads(text)
-    except ValueError as error:  # TOMLDecodeError, or a number of too many digits
+    except tomllib.TOMLDecodeError as error:
         raise SceneError([f"{origin}: unreadable TOML: {error}"]) from None
+    except ValueError:
+        message = f"{origin}: a number has too many digits; look at {_longest(text)}"
+        raise SceneError([message]) from None
 
 
 def nearest(name: str, valid: Sequence[str]) -> str:

@@ -134,8 +134,16 @@ class TimeFolder(_FolderKind):
     """A `TimeKind` whose parts are modules of one folder."""
 
     def simulated(self, scene: Any) -> Simulated:
-        """By the folder's ``build.py``."""
-        return import_module(f"{self.folder}.build").simulated(scene)
+        """By the folder's ``build.py``; what has no effect counts as left out.
+
+        Raises
+        ------
+        SceneError
+            A scene whose numbers overflow or fill the memory.
+        """
+        with last_resort(scene.name, scene):
+            found = import_module(f"{self.folder}.build").simulated(scene)
+        return replace(found, skips=(*found.skips, *without_effect(scene)))
 
 
 @dataclass(frozen=True)
@@ -144,4 +152,6 @@ class StepFolder(_FolderKind):
 
     def run(self, scene: Any, records: StepRecords) -> StepOutcome:
         """By the folder's ``run.py``."""
+        for what in without_effect(scene):
+            records.skip(what)
         return import_module(f"{self.folder}.run").run(scene, records)

@@ -206,5 +206,4 @@ def test_every_shape_is_valid_by_default(tmp_path):
             for word in getattr(section, "tables", ()):
                 head, key = section.key.split(".")
                 text = f'kind = "{kind.name}"\n[{head}]\n{key} = "{word}"\n'
-                more = ["load.moment=1"] if word == "moment" else []
-                loader.read(_file(tmp_path, text), more)
+                loader.read(_file(tmp_path, text))

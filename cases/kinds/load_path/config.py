@@ -90,7 +90,7 @@ class EndMoment:
     """A moment per unit of the loaded end that turns with it, positive towards +z."""
 
     kind: str = rule("moment", choices=("moment",))
-    moment: float = rule(0.0, least=-1e20, most=1e20)
+    moment: float = rule(10.0, least=-1e20, most=1e20)
     steps: int = rule(20, least=1, most=10000)
 
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ...limits import rule
-from ...sections import POSITIVE, SCHEMES, WITH_FLUID, Choice, Coupling, Output, Sections, Time
+from ...sections import POSITIVE, WITH_FLUID, Choice, Coupling, Output, Sections, Time
 
 LENGTH = {"least": 1e-4, "most": 1e4}
 STOKES, POTENTIAL = {"fluid.model": ("stokes",)}, {"fluid.model": ("potential",)}
 THINNEST = 1e-5  # gap over extent: beyond it rounding shows in the load
 FLATNESS = 9.5  # width over depth of the folded bag
-IMPLICIT = ("implicit", "semi-implicit", "auto")
+PARTITIONED = ("iqn-ils", "aitken", "constant", "gauss-seidel")
 GRADED = {"mesh.uniform": (0,)}
 
 
@@ -141,7 +141,11 @@ class PlanarInflow:
 class PotentialCoupling(Coupling):
     """As `Coupling`: the load of potential flow is quadratic, so its scheme is partitioned."""
 
-    scheme: str = rule("iqn-ils", choices=SCHEMES)
+    scheme: str = rule(
+        "iqn-ils",
+        choices=PARTITIONED,
+        why="the load of potential flow is quadratic in the velocity, the others need a linear one",
+    )
 
 
 @dataclass(frozen=True)
@@ -203,11 +207,6 @@ def impossible(scene: PlanarScene) -> list[str]:
         (
             scene.mesh.inlet % 2 == 1,
             f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
-        ),
-        (
-            f.model == "potential" and scene.coupling.scheme in IMPLICIT,
-            f"coupling.scheme: {scene.coupling.scheme!r} needs a load linear in the velocity, that "
-            "of potential flow is quadratic; use 'iqn-ils', 'aitken' or 'gauss-seidel'",
         ),
         (
             f.contact_force > 0.0 and f.model != "potential",
