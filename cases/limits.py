@@ -81,6 +81,11 @@ def shown(raw: Any) -> str:
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
 
 
+def named(key: str) -> str:
+    """A key as it is, or cut and quoted where it would spoil a message."""
+    return key if key.isprintable() and len(key) <= SHOWN else shown(key)
+
+
 def literal(value: Any) -> str:
     """A TOML literal.
 

@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from .kinds import KINDS
 from .kinds.kind import Kind
-from .limits import finite, out_of_range, shown
+from .limits import finite, named, out_of_range, shown
 from .scene_file import last_resort, names, nearest, parse, text_of
 from .scene_text import field_names
 from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError
@@ -81,22 +81,23 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
     path, equals, text = item.partition("=")
     path, text = path.strip(), text.strip()
     if not equals or not path:
-        return [f"--set {item}: expected section.key=value"]
+        return [f"--set {shown(item)}: expected section.key=value"]
     try:
         item.encode()
-        value = tomllib.loads(f"value = {text}")["value"]
+        given = tomllib.loads(f"value = {text}")
+        value = given["value"] if len(given) == 1 else text  # no second key behind a line's end
     except UnicodeEncodeError:
-        return [f"--set {item!a}: is not UTF-8 text"]
+        return [f"--set {shown(ascii(item))}: is not UTF-8 text"]
     except tomllib.TOMLDecodeError:
         value = text
     except ValueError:
-        return [f"--set {path}: the number has too many digits"]
+        return [f"--set {shown(path)}: the number has too many digits"]
     _drop_other_words(table, path, value)
     *parents, key = path.split(".")
     for parent in parents:
         table = table.setdefault(parent, {})
         if not isinstance(table, dict):
-            return [f"--set {item}: {parent} is a value, not a section"]
+            return [f"--set {shown(item)}: {named(parent)} is a value, not a section"]
     table[key] = value
     return []
 
@@ -127,7 +128,7 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
     known = [*_TOP, "kind", *kind.sections]
     for key in table:
         if key not in known:
-            errors.append(f"{key}: unknown key{nearest(key, known)}")
+            errors.append(f"{named(key)}: unknown key{nearest(key, known)}")
     values = {key: _value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
     values = {key: "" if value is _MISSING else value for key, value in values.items()}
     errors += [m for key in _TOP for m in _unreadable(key, values[key], errors)]
@@ -184,7 +185,7 @@ def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors
     hints, limits = get_type_hints(table_type), {f.name: f for f in fields(table_type)}
     good = {}
     for key, raw in table.items():
-        path = f"{name}.{key}"
+        path = f"{name}.{named(key)}"
         if choice is not None and path == choice.key:
             continue
         if key not in limits:

@@ -52,7 +52,7 @@ def test_every_number_has_two_ends():
         ("[time]\ndt = 1e400", "time.dt: must be finite, not inf"),
         ("[time]\ndt = " + "9" * 4000, "time.dt: must be finite, not a whole number of about 4000"),
         ("[time]\ndt = " + "9" * 5000, 'a number has too many digits; look at "dt"'),
-        ("[fluid]\npolar = [25, 250]", "fluid.polar: [25, 250] must be at most 64"),
+        ("[fluid]\npolar = [25, 25]", "fluid.polar: [25, 25] must be at most 24"),
         ("[time]\nerror = 1e-320", "time.error: 1e-320 must be 0 or of a size between 1e-20"),
         ("[mesh]\nrim = " + "[" * 3000 + "]" * 3000, "is nested too deeply; look at"),
         ("[mesh]\nrim = { x = 1 }", "mesh.rim: must be a whole number, not a section"),

@@ -134,7 +134,7 @@ def test_bad_overrides_are_all_reported():
         loader.read("pancake", ["time.dt", "time.dd=3", "name.x=1", "fluid.model=stoke"])
     text = str(caught.value)
     for part in (
-        "--set time.dt: expected",
+        '--set "time.dt": expected',
         "time.dd: unknown",
         "name: must be a string, not a section",
         '"stoke" is none',

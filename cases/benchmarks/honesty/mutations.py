@@ -1,7 +1,8 @@
 """Damaged scenes, seeded: mutated tables, extreme values, raw files.
 
 Each is the text of a file and what may become of it: ``refuse`` where accepting it would be silent
-nonsense, ``accept`` where refusing it would be wrong, else either.
+nonsense, ``accept`` where refusing it would be wrong, ``build`` where what is accepted must be
+buildable, else either.
 """
 
 from __future__ import annotations
@@ -32,12 +33,15 @@ class Damaged:
         What was done to which scene.
     data : bytes
         The file.
-    wanted : {"refuse", "accept", "either"}
+    wanted : {"refuse", "accept", "either", "build"}
+    overrides : tuple of str
+        As given by ``--set``.
     """
 
     case: str
     data: bytes
     wanted: str = "either"
+    overrides: tuple[str, ...] = ()
 
 
 class Raw(str):
@@ -116,8 +120,8 @@ def _scaled(rng: random.Random, case: str, table: Table, part: Table, key: str) 
     factor = 10.0 ** rng.uniform(-40.0, 40.0) * rng.choice((1.0, 1.0, -1.0))
     new = value * factor
     part[key] = int(new) if isinstance(value, int) else new
-    far = value != 0 and not 1e-15 < abs(part[key]) < 1e15
-    return Damaged(f"{case} = {part[key]:.3g}", toml(table), "refuse" if far and new else "either")
+    far = part[key] != 0 and not 1e-15 < abs(part[key]) < 1e15
+    return Damaged(f"{case} = {part[key]:.3g}", toml(table), "refuse" if far else "either")
 
 
 def _nonsense(rng: random.Random, case: str, table: Table, part: Table, key: str) -> Damaged:
@@ -197,6 +201,22 @@ def extremes(count: int, seed: int) -> Iterator[Damaged]:
         yield Damaged(f"{kind}: {section}.{key.name} = {shown!s:.40}", toml(scene), wanted)
 
 
+def ends() -> Iterator[Damaged]:
+    """Both ends of every range, in minimal scenes: what is allowed there must be buildable."""
+    for kind, scene, section, key, type_ in keys():
+        limits = key.metadata
+        if "choices" in limits or not (type_ in (int, float) or _pair(type_)):
+            continue
+        kinds = type_.__args__ if _pair(type_) else (type_,)
+        low = limits.get("least", limits.get("above", 0.0) + 1e-3)
+        high = limits.get("most", limits.get("below", 1.0) - 1e-3)
+        for value in (low, high):
+            entries = [kind_(value) for kind_ in kinds]
+            chosen = deepcopy(scene)
+            chosen[section][key.name] = entries if _pair(type_) else entries[0]
+            yield Damaged(f"{kind}: {section}.{key.name} = {value:g}", toml(chosen), "build")
+
+
 def _pair(type_: Any) -> bool:
     return getattr(type_, "__origin__", None) is tuple
 
@@ -234,6 +254,24 @@ def raw(seed: int) -> Iterator[Damaged]:
     for k in range(12):
         yield Damaged(f"noise {k}", rng.randbytes(1 + 40 * k), "refuse" if k else "either")
         yield Damaged(f"cut {k}", data[: rng.randrange(len(data))])
+
+
+def overridden() -> Iterator[Damaged]:
+    """What ``--set`` may be given by mistake."""
+    data = text_of("pancake-pressure").encode()
+    bad = ("", "=", "a", "time", "time.dt=", "=3", ".=1", "..=1", "time..dt=1", "time.dt.x=1",
+           "kind=[]", "kind=3", "kind={}", "geometry.kind=[]", "geometry.kind={}", "geometry=3",
+           "geometry.kind.x=1", "time.dt=1\nend=3", "time.dt=[[1]]", "time.dt=" + "9" * 5000,
+           "time.dt=" + "[" * DEEP, "time.dt=" + "[" * DEEP + "]" * DEEP, "x" * 100_000 + "=1",
+           "a." * DEEP + "a=1", "time.dt=\udcff", "\udcff=1", "name=", "name=../x",
+           "fluid.model=[]", "mesh={}\nx=1", "physical.length=1", "time.dt=\0")  # fmt: skip
+    for item in bad:
+        yield Damaged(f"--set {item!a:.40}", data, "refuse", (item,))
+    good = ("time.dt = 4", "output.picture=false", "geometry.kind=pillow", "mesh={}", "name=a-1.b",
+            'description="[x] {y}"', "kind=capsule")  # fmt: skip
+    for item in good:
+        wanted = "either" if item == "kind=capsule" else "accept"
+        yield Damaged(f"--set {item}", data, wanted, (item,))
 
 
 def shipped_scenes(quick: bool) -> list[str]:

@@ -19,6 +19,7 @@ from typing import Any
 
 from ... import loader
 from ...kinds import KINDS
+from ...kinds.kind import TimeKind
 from ...output.forecast import Forecast
 from ...scene_text import write
 from ...sections import AnyScene, SceneError
@@ -28,6 +29,7 @@ from .mutations import Damaged
 LIMIT = 5.0  # seconds of the processor an answer may take
 SIZE = 1e15  # numbers beyond it, or below its inverse, make no sense in any unit here
 MESSAGE = 2000  # characters of a readable refusal, all its problems together
+BUILT = 600  # elements of scenes that are built
 Trial = dict[str, Any]
 
 
@@ -52,7 +54,10 @@ def trials(quick: bool) -> list[Trial]:
         "extreme values": mutations.extremes(extreme, 8),
         "raw files": mutations.raw(9),
         "minimal scenes": mutations.minimal(),
+        "overrides": mutations.overridden(),
     }
+    if not quick:
+        groups["ends of ranges"] = mutations.ends()
     return [
         {"promise": promise, **checker.trial(damaged)}
         for promise, damaged in chain.from_iterable(
@@ -72,11 +77,14 @@ class Checker:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "scene.toml"
             path.write_bytes(damaged.data)
-            began = time.process_time()
+            began, seconds = time.process_time(), 0.0
             broken, silent = "", False
             try:
-                scene = loader.runnable(path)
+                scene = loader.runnable(path, damaged.overrides)
                 forecast = self.forecast(scene)
+                seconds = time.process_time() - began
+                if damaged.wanted == "build":
+                    _build(scene)
             except SceneError as error:
                 broken = _bad_refusal(damaged, str(error))
             except Exception as error:
@@ -84,7 +92,7 @@ class Checker:
             else:
                 broken = self._silently_wrong(damaged, scene, forecast, path)
                 silent = bool(broken)
-            seconds = time.process_time() - began
+            seconds = seconds or time.process_time() - began
         if not broken and seconds > LIMIT:
             broken = f"answered after {seconds:.1f} s"
         return {"case": damaged.case, "held": not broken, "silent": silent, "detail": broken[:300]}
@@ -103,6 +111,7 @@ class Checker:
         if damaged.wanted == "refuse":
             return "accepted"
         given = tomllib.loads(damaged.data.decode("utf-8-sig"))
+        given = {} if damaged.overrides else given
         if ignored := [key for key, value in _leaves(given) if not _taken(scene, key, value)]:
             return f"ignored: {', '.join(ignored)}"
         if odd := [key for key, value in _numbers(scene) if not _sensible(value)]:
@@ -113,6 +122,13 @@ class Checker:
             return f"no finite forecast: {', '.join(odd)}"
         path.write_text(write(scene), encoding="utf-8")
         return "" if loader.read(path) == scene else "does not survive being written and read"
+
+
+def _build(scene: AnyScene) -> None:
+    """The scene as objects, ready to start, where that takes seconds."""
+    kind = KINDS[scene.kind]
+    if isinstance(kind, TimeKind) and kind.sizes(scene).elements <= BUILT:
+        kind.simulated(scene).simulation()
 
 
 def _bad_refusal(damaged: Damaged, message: str) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from ...limits import rule
 from ...sections import Choice, Coupling, Output, Sections, Time
 
+SLENDEREST = 50.0  # longest over shortest axis
 RATIO = {"least": 1e-6, "most": 1e6}
 # Velocity gradients over the rate, rows are velocity components.
 GRADIENTS: Mapping[str, np.ndarray] = {
@@ -42,7 +43,7 @@ class EllipsoidShape:
     """An ellipsoid of the unit sphere's volume; ``axes``: ratios of its semi-axes along x, y, z."""
 
     kind: str = rule("ellipsoid", choices=("ellipsoid",))
-    axes: tuple[float, float, float] = rule((2.0, 1.0, 1.0), least=0.01, most=100.0)
+    axes: tuple[float, float, float] = rule((2.0, 1.0, 1.0), least=0.02, most=50.0)
 
     @property
     def scales(self) -> np.ndarray:
@@ -216,12 +217,17 @@ SECTIONS: Sections = {
 
 def impossible(scene: CapsuleScene) -> list[str]:
     """Combinations of single good values that cannot work together."""
-    m = scene.mesh
+    m, scales = scene.mesh, scene.geometry.scales
     cases = [
         (
             m.around % 4 != 0,
             f"mesh.around: {m.around} must be a multiple of 4, so that both axes of the strain are "
             "alike; use 8, 12 or 16",
+        ),
+        (
+            scales.max() > SLENDEREST * scales.min(),
+            f"geometry.axes: one is {scales.max() / scales.min():.3g} times another; the mesh of a "
+            f"sphere follows up to {SLENDEREST:g}",
         ),
         *scene.time.impossible(),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
+from hbem.accuracy import budget
 from hbem.layers.choice import STORED_LIMIT
 
 from ...output.forecast import Forecast, Item
@@ -69,7 +70,10 @@ def forecast(scene: CapsuleScene) -> Forecast:
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {t.dt:g}"),
         Item("double layer", "skipped" if f.viscosity_ratio == 1.0 else "assembled"),
     ]
-    limit, warnings = LIMITS.get(scene.coupling.scheme, np.inf), []
+    limit = LIMITS.get(scene.coupling.scheme, np.inf)
+    scales = scene.geometry.scales
+    asked = budget(f.tolerance, 2.0 * float(scales.min()), float(scales.max()))
+    warnings = list(asked.warnings)
     if rho > limit:
         warnings.append(
             f"coupling.scheme = {scene.coupling.scheme!r} diverges: rho = {rho:.2g} (it needs "

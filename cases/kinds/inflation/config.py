@@ -129,7 +129,7 @@ class BagFluid:
     mass_ratio: float = rule(0.005, least=1e-12, most=1e12, only=FLOW)
     tolerance: float = rule(1e-3, least=1e-10, below=1.0, only=FLOW)
     outer_points: int = rule(3, choices=(2, 3, 4), only=FLOW)
-    polar: tuple[int, int] = rule((0, 0), least=0, most=64, only=FLOW)
+    polar: tuple[int, int] = rule((0, 0), least=0, most=24, only=FLOW)
     near_ball: float = rule(1.0, least=0.1, most=10.0, only=FLOW)
     solver: str = rule("auto", choices=("auto", "lu", "gmres"), only=FLOW)
     compression: str = rule("auto", choices=("auto", "dense", "aca", "h2"), only=FLOW)

@@ -123,6 +123,7 @@ class LoadPathScene:
 
 
 THINNEST, SLENDEREST = 1e-7, 1e4
+SMALLEST = 1e-9  # rotation of the loaded end by linear theory
 NEWTON = 1e-9  # largest Newton update over the extent of the shell
 SECTIONS: Sections = {
     "geometry": Choice("geometry.kind", {"strip": StripGeometry, "annulus": AnnulusGeometry}),
@@ -164,6 +165,10 @@ def impossible(scene: LoadPathScene) -> list[str]:
             f"{scene.structure.young_modulus * h:.3g}: strains above 1; lower it",
         ),
         (
+            0.0 < _turn(scene) < SMALLEST,
+            f"load: turns the end by about {_turn(scene):.1g}, which rounding hides; raise it",
+        ),
+        (
             isinstance(f, EndForce) and not any(f.force),
             "load.force: is zero and moves nothing; give a force per length, for example "
             "[0.0, 0.0, 1.0]",
@@ -174,3 +179,12 @@ def impossible(scene: LoadPathScene) -> list[str]:
         ),
     ]
     return [message for wrong, message in cases if wrong]
+
+
+def _turn(scene: LoadPathScene) -> float:
+    """Rotation of the loaded end by linear beam theory."""
+    c, f, length = scene.structure, scene.load, scene.geometry.path
+    rigidity = c.young_modulus * c.thickness**3 / 12.0
+    if isinstance(f, EndForce):
+        return 0.5 * math.hypot(*f.force) * length**2 / rigidity
+    return abs(f.moment) * length / rigidity

@@ -90,6 +90,11 @@ def _warnings(scene: PlanarScene, body: PlanarBag, rho: float) -> list[str]:
             f"elements are {ratio:.2g} gaps long: the lubrication load is off by more than 5%; "
             "lower mesh.straight" + ("" if f.near_points else " or set fluid.near_points = 16")
         )
+    if f.viscosity_ratio > 0.0 and f.log_radius <= body.perimeter / (2.0 * np.pi):
+        warnings.append(
+            f"fluid.log_radius = {f.log_radius:g} may lie inside the bag, whose boundary is "
+            f"{body.perimeter:.3g} long: the outer flow then has no solution; raise it"
+        )
     if f.viscosity_ratio == 0.0:
         warnings.append(
             "fluid.viscosity_ratio = 0 leaves the exterior out: nothing keeps outer walls apart"
