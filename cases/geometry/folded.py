@@ -121,6 +121,11 @@ def folded_bag(
         Amplitude of a random collision-free displacement after folding; 0 for none.
     seed : int
         Of the random displacement.
+
+    Raises
+    ------
+    CrumpleError
+        A bag to be crumpled that already touches itself.
     """
     base = outline(folding.gap, plan, width)
     flat_all, _ = fit(surface, *base)

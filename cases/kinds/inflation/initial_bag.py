@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...geometry.bag import Bag
 from ...geometry.folding import Folding, accordion_folding, double_folding, flat, roll_folding
 from ...geometry.pancake import Pancake, meridian_rows, pancake
+from ...sections import SceneError
 from .config import InflationScene, PancakeGeometry, PancakeMesh, PillowGeometry, PillowMesh
 
 
@@ -67,14 +68,21 @@ def _folding(g: PillowGeometry) -> Folding:
 def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
     from shells.surfaces.pillow import Pillow
 
+    from ...geometry.crumple import CrumpleError
     from ...geometry.folded import folded_bag
 
-    return folded_bag(
-        Pillow(m.around, m.across or m.around // 2),
-        _folding(g),
-        plan=g.plan,
-        width=g.width,
-        inlet_elements=m.inlet,
-        crumpled=g.crumple,
-        seed=seed,
-    )
+    try:
+        return folded_bag(
+            Pillow(m.around, m.across or m.around // 2),
+            _folding(g),
+            plan=g.plan,
+            width=g.width,
+            inlet_elements=m.inlet,
+            crumpled=g.crumple,
+            seed=seed,
+        )
+    except CrumpleError as error:
+        message = (
+            f"geometry.crumple: {g.crumple:g} has no effect: {error} (geometry.gap, mesh.around)"
+        )
+        raise SceneError([message]) from error

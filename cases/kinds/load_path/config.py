@@ -174,6 +174,11 @@ def impossible(scene: LoadPathScene) -> list[str]:
             "[0.0, 0.0, 1.0]",
         ),
         (
+            isinstance(f, EndMoment) and _turn(scene) > g.path / h,
+            f"load.moment: {getattr(f, 'moment', 0.0):g} bends the shell to a radius below its "
+            f"thickness {h:g}; lower it",
+        ),
+        (
             isinstance(f, EndMoment) and f.moment == 0.0,
             "load.moment: is zero and moves nothing; give a moment per length",
         ),

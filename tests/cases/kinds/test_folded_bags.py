@@ -22,6 +22,7 @@ from cases.kinds.inflation.config import PillowGeometry
 from cases.kinds.inflation.contact import collision
 from cases.kinds.inflation.forecast import volume
 from cases.kinds.inflation.initial_bag import initial_bag
+from cases.sections import SceneError
 from coupling import Result, State
 from shells.surfaces.pillow import Pillow
 
@@ -66,6 +67,12 @@ def test_a_hole_must_stay_away_from_zips_and_corners():
         whole.restrict(np.setdiff1d(every, [0, 12])).held("clamped")
     with pytest.raises(ValueError, match="corners"):
         whole.restrict(np.setdiff1d(every, [1 * 12 + 1, 12 + 2])).held("clamped")
+
+
+def test_a_bag_too_thick_to_crumple_is_refused():
+    keys = ["geometry.gap=0.4", "mesh.around=24", "geometry.crumple=0.02"]
+    with pytest.raises(SceneError, match=r"cannot move; thin or refine the bag \(geometry\.gap"):
+        initial_bag(loader.read("pillow", keys))
 
 
 def test_exact_volume_needs_no_fit():
