@@ -13,6 +13,9 @@ from .config import PlanarScene
 from .geometry import PlanarBag, pieces, planar_bag
 
 
+CURVE = 1e4  # bytes an element: element matrices and banded factors, estimated
+
+
 def final_volume(scene: PlanarScene, body: PlanarBag, start: float) -> float:
     """The final volume as a multiple of the initial one, ``start``."""
     inflow = scene.inflow
@@ -47,7 +50,7 @@ def sizes(scene: PlanarScene) -> Sizes:
     unknowns = max(4 * (elements + 1), fluid * (elements + scene.mesh.inlet))
     memory = {"dense operators": 2.0 * dense_bytes(fluid * (elements + scene.mesh.inlet))}
     remedy = "raise mesh.straight and mesh.curved, or lower mesh.uniform or mesh.halvings"
-    return Sizes(elements, unknowns, memory | {"curve": 1e4 * elements}, remedy)
+    return Sizes(elements, unknowns, memory | {"curve": CURVE * elements}, remedy)
 
 
 def forecast(scene: PlanarScene) -> Forecast:
