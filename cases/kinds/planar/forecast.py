@@ -12,7 +12,6 @@ from ..sizes import Sizes, dense_bytes
 from .config import PlanarScene
 from .geometry import PlanarBag, pieces, planar_bag
 
-
 CURVE = 1e4  # bytes an element: element matrices and banded factors, estimated
 
 
