@@ -167,13 +167,13 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    scene = loader.read(options.scene, options.overrides)
+    scene = loader.runnable(options.scene, options.overrides)
     show(scene, KINDS[scene.kind].forecast(scene))
     return COMPLETED
 
 
 def _run(options: argparse.Namespace) -> int:
-    scene = loader.read(options.scene, options.overrides)
+    scene = loader.runnable(options.scene, options.overrides)
     from rich.console import Console
 
     from .runs.folder import FolderError, new_folder

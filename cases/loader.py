@@ -6,28 +6,32 @@ scene's key ``kind`` tells which tables it may have.
 
 from __future__ import annotations
 
-import difflib
-import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 from .kinds import KINDS
 from .kinds.kind import Kind
-from .scene_text import field_names, literal
-from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError, out_of_range
+from .limits import finite, named, out_of_range, shown
+from .scene_file import last_resort, names, nearest, parse, text_of
+from .scene_text import field_names
+from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError
 
 _TOP = {"name": str, "description": str}
 _TYPES = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
+_LONGEST = {"name": 100, "description": 1000}
 _MISSING = object()
+_WORDS = {
+    "kind",
+    *(s.key for kind in KINDS.values() for s in kind.sections.values() if isinstance(s, Choice)),
+}
 
 
 def shipped() -> dict[str, str]:
     """Names and descriptions of the scenes that come with the package."""
-    return {name: _parse(name, _text(name))["description"] for name in _names()}
+    return {name: parse(name, text_of(name))["description"] for name in names()}
 
 
 def read(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
@@ -45,53 +49,31 @@ def read(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     SceneError
         With all problems at once.
     """
-    text = _text(scene)
-    table = _parse(str(scene), text)
-    # shapes first: their tables take the other overrides, in whatever order they were given
-    ordered = sorted(
-        overrides, key=lambda item: not item.partition("=")[0].strip().endswith("kind")
-    )
+    with last_resort(str(scene), text := text_of(scene)):
+        return _read(scene, text, overrides)
+
+
+def _read(scene: str | Path, text: str, overrides: Sequence[str]) -> AnyScene:
+    table = parse(str(scene), text)
+    # words that choose tables first: these take the other overrides, in whatever order given
+    ordered = sorted(overrides, key=lambda item: item.partition("=")[0].strip() not in _WORDS)
     errors = [message for item in ordered for message in _override(table, item)]
     table.setdefault("name", Path(scene).stem)
     return _scene(table, errors)
 
 
-def _folder() -> Any:
-    return files("cases") / "scenes"
+def runnable(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
+    """As `read`, and small enough for this machine, by estimates that build nothing.
 
-
-def _names() -> list[str]:
-    return sorted(entry.name[:-5] for entry in _folder().iterdir() if entry.name.endswith(".toml"))
-
-
-def _text(scene: str | Path) -> str:
-    """Text of a shipped scene or of a file."""
-    path = Path(scene)
-    resource = _folder() / f"{scene}.toml"
-    looks_like_path = path.suffix == ".toml" or len(path.parts) > 1 or isinstance(scene, Path)
-    try:
-        if not looks_like_path and resource.is_file():
-            return resource.read_text(encoding="utf-8")
-        if looks_like_path or path.is_file():
-            return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise SceneError([f"{scene}: cannot be read: {error.strerror}"]) from None
-    except UnicodeDecodeError as error:
-        raise SceneError([f"{scene}: is not UTF-8 text: {error.reason}"]) from None
-    raise SceneError([f"{scene}: no such scene or file{_nearest(str(scene), _names())}"])
-
-
-def _parse(origin: str, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError([f"{origin}: unreadable TOML: {error}"]) from None
-
-
-def _nearest(name: str, valid: Sequence[str]) -> str:
-    """Ending of a message: the nearest valid name, or all of them."""
-    close = difflib.get_close_matches(name, valid, n=1)
-    return f", did you mean {close[0]!r}?" if close else f"; valid: {', '.join(valid)}"
+    Raises
+    ------
+    SceneError
+        With all problems at once, or what the scene would need.
+    """
+    found = read(scene, overrides)
+    with last_resort(found.name, found):
+        KINDS[found.kind].sizes(found).check()
+    return found
 
 
 def _override(table: dict[str, Any], item: str) -> list[str]:
@@ -99,17 +81,23 @@ def _override(table: dict[str, Any], item: str) -> list[str]:
     path, equals, text = item.partition("=")
     path, text = path.strip(), text.strip()
     if not equals or not path:
-        return [f"--set {item}: expected section.key=value"]
+        return [f"--set {shown(item)}: expected section.key=value"]
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
+        item.encode()
+        given = tomllib.loads(f"value = {text}")
+        value = given["value"] if len(given) == 1 else text  # no second key behind a line's end
+    except UnicodeEncodeError:
+        return [f"--set {shown(ascii(item))}: is not UTF-8 text"]
     except tomllib.TOMLDecodeError:
         value = text
+    except ValueError:
+        return [f"--set {shown(path)}: the number has too many digits"]
     _drop_other_words(table, path, value)
     *parents, key = path.split(".")
     for parent in parents:
         table = table.setdefault(parent, {})
         if not isinstance(table, dict):
-            return [f"--set {item}: {parent} is a value, not a section"]
+            return [f"--set {shown(item)}: {named(parent)} is a value, not a section"]
     table[key] = value
     return []
 
@@ -119,7 +107,11 @@ def _drop_other_words(table: dict[str, Any], path: str, value: Any) -> None:
     kind = table.get("kind", next(iter(KINDS)))
     sections = KINDS[kind].sections if isinstance(kind, str) and kind in KINDS else {}
     for name, choice in sections.items():
-        if isinstance(choice, Choice) and choice.key == path and _word(table, choice) != value:
+        if not isinstance(choice, Choice) or choice.key != path or not isinstance(value, str):
+            continue
+        word = _word(table, choice)
+        old = choice.tables.get(word) if isinstance(word, str) else None
+        if old is not choice.tables.get(value):
             table[name] = {}
 
 
@@ -136,9 +128,10 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
     known = [*_TOP, "kind", *kind.sections]
     for key in table:
         if key not in known:
-            errors.append(f"{key}: unknown key{_nearest(key, known)}")
+            errors.append(f"{named(key)}: unknown key{nearest(key, known)}")
     values = {key: _value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
     values = {key: "" if value is _MISSING else value for key, value in values.items()}
+    errors += [m for key in _TOP for m in _unreadable(key, values[key], errors)]
     sections = {
         name: _section(name, section, table, errors)
         for name, section in kind.sections.items()
@@ -153,11 +146,24 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
         bad = {message.split(":")[0].split(".")[0] for message in errors}
         errors += [m for m in kind.impossible(scene) if m.split(".")[0] not in bad]
         raise SceneError(errors)
-    if scene.physical is not None:
-        scene = _with_groups(scene, scene.physical)
+    if physical := scene.physical:
+        scene = _with_groups(scene, physical)
+        if wrong := _groups_out_of_range(scene, physical):
+            raise SceneError(wrong)
     if wrong := kind.impossible(scene):
         raise SceneError(wrong)
     return scene
+
+
+def _unreadable(key: str, text: str, errors: Sequence[str]) -> list[str]:
+    """What is wrong with a text: names become folders, both are printed on one line."""
+    if any(message.startswith(f"{key}:") for message in errors):
+        return []
+    bad = text in ("", ".", "..") or not text.isprintable() or {"/", "\\"} & {*text}
+    if key == "name" and bad:
+        return [f"name: {shown(text)} names no folder; use printable characters without slashes"]
+    most = _LONGEST[key]
+    return [f"{key}: has {len(text)} characters; use {most} at most"] if len(text) > most else []
 
 
 def _kind(table: Mapping[str, Any], errors: list[str]) -> Kind:
@@ -165,7 +171,7 @@ def _kind(table: Mapping[str, Any], errors: list[str]) -> Kind:
     name = table.get("kind", first.name)
     if isinstance(name, str) and name in KINDS:
         return KINDS[name]
-    errors.append(f"kind: {_shown(name)} is none of {', '.join(map(repr, KINDS))}")
+    errors.append(f"kind: {shown(name)} is none of {', '.join(map(repr, KINDS))}")
     return first
 
 
@@ -174,12 +180,12 @@ def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors
     choice, table = section if isinstance(section, Choice) else None, scene.get(name, {})
     table_type = _chosen(name, section, scene, errors) if isinstance(section, Choice) else section
     if not isinstance(table, dict):
-        errors.append(f"{name}: must be a section [{name}], not {_shown(table)}")
+        errors.append(f"{name}: must be a section [{name}], not {shown(table)}")
         return table_type()
     hints, limits = get_type_hints(table_type), {f.name: f for f in fields(table_type)}
     good = {}
     for key, raw in table.items():
-        path = f"{name}.{key}"
+        path = f"{name}.{named(key)}"
         if choice is not None and path == choice.key:
             continue
         if key not in limits:
@@ -202,7 +208,7 @@ def _chosen(name: str, choice: Choice, scene: Mapping[str, Any], errors: list[st
         return choice.tables[word]
     if choice.key.startswith(f"{name}."):  # said once, where the word stands
         valid = ", ".join(map(repr, choice.tables))
-        errors.append(f"{choice.key}: {_shown(word)} is none of {valid}")
+        errors.append(f"{choice.key}: {shown(word)} is none of {valid}")
     return choice.tables[choice.default]
 
 
@@ -211,43 +217,32 @@ def _unknown(key: str, table: type, choice: Choice | None, scene: Mapping[str, A
     owners = choice.owners(key) if choice is not None else []
     if choice is not None and owners:
         valid = " or ".join(map(repr, owners))
-        return f"belongs to {choice.key} = {valid}, not to {_shown(_word(scene, choice))}"
-    return f"unknown key{_nearest(key, field_names(table))}"
+        return f"belongs to {choice.key} = {valid}, not to {shown(_word(scene, choice))}"
+    return f"unknown key{nearest(key, field_names(table))}"
 
 
 def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
     """``raw`` as ``kind``, or `_MISSING` after a message."""
     if get_origin(kind) is tuple:
         return _pair(path, raw, get_args(kind), errors)
-    if kind is float and type(raw) is int and abs(raw) < 2**1000:
-        raw = float(raw)
-    if type(raw) is not kind:
-        errors.append(f"{path}: must be {_TYPES[kind]}, not {_shown(raw)}")
+    number = kind in (int, float) and type(raw) in (int, float)
+    if number and not finite(raw):
+        errors.append(f"{path}: must be finite, not {shown(raw)}")
         return _MISSING
-    if kind is float and not math.isfinite(raw):
-        errors.append(f"{path}: must be finite, not {raw}")
+    if type(raw) is not kind and not (number and kind is float):
+        errors.append(f"{path}: must be {_TYPES[kind]}, not {shown(raw)}")
         return _MISSING
-    return raw
+    return kind(raw)
 
 
 def _pair(path: str, raw: Any, kinds: tuple[type, ...], errors: list[str]) -> Any:
     if not isinstance(raw, list) or len(raw) != len(kinds):
-        errors.append(f"{path}: must be a list of {len(kinds)} numbers, not {_shown(raw)}")
+        errors.append(f"{path}: must be a list of {len(kinds)} numbers, not {shown(raw)}")
         return _MISSING
     entries = [
         _value(f"{path}[{i}]", *pair, errors) for i, pair in enumerate(zip(raw, kinds, strict=True))
     ]
     return _MISSING if any(entry is _MISSING for entry in entries) else tuple(entries)
-
-
-def _shown(raw: Any) -> str:
-    """A bad value and its type, as in TOML."""
-    if isinstance(raw, dict):
-        return "a section"
-    try:
-        return literal(raw)
-    except TypeError:
-        return repr(str(raw))
 
 
 def _given_twice(table: Mapping[str, Any]) -> list[str]:
@@ -273,3 +268,15 @@ def _with_groups(scene: Any, physical: Physical) -> AnyScene:
         section, key = path.split(".")
         scene = replace(scene, **{section: replace(getattr(scene, section), **{key: value})})
     return scene
+
+
+def _groups_out_of_range(scene: Any, physical: Physical) -> list[str]:
+    """Dimensionless groups that SI values push beyond their limits."""
+    found = []
+    for path in physical.groups():
+        section, key = path.split(".")
+        part = getattr(scene, section)
+        limits = {f.name: f.metadata for f in fields(part)}[key]
+        for message in out_of_range(path, getattr(part, key), limits):
+            found.append(f"{message}; it follows from {DETERMINED[path]}")
+    return found

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import fields
-from typing import Any
 
+from .limits import literal
 from .sections import AnyScene
 
 TOP = ("name", "description", "kind")
@@ -30,22 +29,3 @@ def write(scene: AnyScene) -> str:
 def field_names(section: type) -> list[str]:
     """Keys of a dataclass, in order."""
     return [f.name for f in fields(section)]
-
-
-def literal(value: Any) -> str:
-    """A TOML literal.
-
-    Raises
-    ------
-    TypeError
-        A value that TOML has no literal for here.
-    """
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(literal(entry) for entry in value) + "]"
-    if isinstance(value, int | float):
-        return repr(value)
-    raise TypeError(f"no TOML literal for {value!r}")

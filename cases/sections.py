@@ -1,4 +1,4 @@
-"""What scenes are made of: fields with limits, tables chosen by a key, sections that kinds share.
+"""What scenes are made of: tables chosen by a key, sections that kinds share.
 
 All quantities are non-dimensional: membrane stiffness, areal density and the length unit are 1,
 so that time counts in L sqrt(rho_s (1-nu^2)/(E h)) and pressure in E h/((1-nu^2) L). An optional
@@ -9,38 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Protocol
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, ClassVar, Protocol, cast
+
+from .limits import rule, shown
 
 SCHEMES = (
     "implicit", "semi-implicit", "auto", "iqn-ils", "aitken", "constant", "gauss-seidel",
 )  # fmt: skip
-
-
-def rule(default: Any, **limits: Any) -> Any:
-    """Field with a default and limits: ``above, least, below, most, choices``."""
-    return field(default=default, metadata=limits)
-
-
-def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
-    """What is wrong with a value of the right type, one message or none."""
-    values = value if isinstance(value, tuple) else (value,)
-    choices = limits.get("choices")
-    if choices is not None:
-        wrong = value not in choices
-        return [f"{path}: {value!r} is none of {', '.join(map(repr, choices))}"] if wrong else []
-    tests = {
-        "above": (lambda v, x: v > x, "above"),
-        "least": (lambda v, x: v >= x, "at least"),
-        "below": (lambda v, x: v < x, "below"),
-        "most": (lambda v, x: v <= x, "at most"),
-    }
-    shown = list(value) if isinstance(value, tuple) else value
-    return [
-        f"{path}: {shown!r} must be {words} {limits[key]:g}"
-        for key, (test, words) in tests.items()
-        if key in limits and not all(test(v, limits[key]) for v in values)
-    ]
+STEPS = 1e7  # of a run
 
 
 @dataclass(frozen=True)
@@ -107,21 +84,40 @@ class Time:
     step may close; 0 switches either off.
     """
 
-    dt: float = rule(16.0, above=0.0)
-    end: float = rule(800.0, above=0.0)
-    step_growth: float = rule(1.5, least=1.0)
-    dt_floor: float = rule(0.0, least=0.0)
+    dt: float = rule(16.0, least=1e-9, most=1e9)
+    end: float = rule(800.0, least=1e-9, most=1e9)
+    step_growth: float = rule(1.5, least=1.0, most=100.0)
+    dt_floor: float = rule(0.0, least=0.0, most=1e9)
     integrator: str = rule("backward-euler", choices=("backward-euler", "bdf2"))
-    error: float = rule(0.0, least=0.0)
-    closing: float = rule(0.5, least=0.0)
+    error: float = rule(0.0, least=0.0, most=1.0)
+    closing: float = rule(0.5, least=0.0, most=1.0)
 
     def impossible(self) -> list[tuple[bool, str]]:
         """Combinations of single good values that cannot work together, and their messages."""
         dt, end, floor = self.dt, self.end, self.dt_floor
         return [
             (end < dt, f"time.end: {end:g} is less than one step, time.dt = {dt:g}"),
+            (
+                end > STEPS * dt,
+                f"time.dt: {dt:g} makes {end / dt:.1g} steps until time.end = {end:g}, at most "
+                f"{STEPS:.0e} are taken; raise time.dt or lower time.end",
+            ),
             (floor >= dt, f"time.dt_floor: {floor:g} must be below time.dt = {dt:g}"),
         ]
+
+
+class _Positive:
+    """Whatever is above zero, as a container for ``only``."""
+
+    def __contains__(self, value: float) -> bool:
+        return value > 0
+
+
+POSITIVE = _Positive()
+WITH_FLUID = {"fluid.model": ("stokes", "potential")}
+LINEAR = {"coupling.scheme": ("implicit", "semi-implicit", "auto")}
+RELAXED = {"coupling.scheme": ("auto", "iqn-ils", "aitken", "constant")}
+REUSING = {"kind": ("inflation",)}
 
 
 @dataclass(frozen=True)
@@ -135,31 +131,31 @@ class Coupling:
     this share of ``fluid.tolerance`` (0: never).
     """
 
-    scheme: str = rule("implicit", choices=SCHEMES)
-    relaxation: float = rule(0.5, above=0.0, most=1.0)
-    dense_limit: int = rule(4000, least=0)
-    max_iterations: int = rule(0, least=0)
-    tolerance: float = rule(1e-4, above=0.0, below=1.0)
-    absolute_tolerance: float = rule(1e-9, least=0.0)
-    reuse_tolerance: float = rule(0.3, least=0.0, most=1.0)
+    scheme: str = rule("implicit", choices=SCHEMES, only=WITH_FLUID)
+    relaxation: float = rule(0.5, least=1e-6, most=1.0, only={**WITH_FLUID, **RELAXED})
+    dense_limit: int = rule(4000, least=0, most=20000, only={**WITH_FLUID, **LINEAR})
+    max_iterations: int = rule(0, least=0, most=10000, only=WITH_FLUID)
+    tolerance: float = rule(1e-4, least=1e-13, below=1.0, only=WITH_FLUID)
+    absolute_tolerance: float = rule(1e-9, least=0.0, most=1.0, only=WITH_FLUID)
+    reuse_tolerance: float = rule(0.3, least=0.0, most=1.0, only={**WITH_FLUID, **REUSING})
 
 
 @dataclass(frozen=True)
 class Output:
     """Steps between checkpoints and between field files (0: none), cells per element side."""
 
-    checkpoint_every: int = rule(10, least=1)
-    fields_every: int = rule(5, least=0)
+    checkpoint_every: int = rule(10, least=1, most=1000000)
+    fields_every: int = rule(5, least=0, most=1000000)
     tessellate: int = rule(3, least=1, most=32)
     picture: bool = rule(True)
-    seed: int = rule(0, least=0)
+    seed: int = rule(0, least=0, most=2**32 - 1)
 
 
 @dataclass(frozen=True)
 class StepOutput:
     """Output of a kind without time: steps between field files (0: none), and the picture."""
 
-    fields_every: int = rule(1, least=0)
+    fields_every: int = rule(1, least=0, most=1000000)
     picture: bool = rule(True)
 
 
@@ -174,15 +170,55 @@ class TimedScene(AnyScene, Protocol):
     def output(self) -> Output: ...
 
 
+def without_effect(scene: AnyScene) -> list[str]:
+    """Keys that differ from their defaults and have no effect in this scene, with the reason."""
+    found = []
+    for section in fields(scene):  # type: ignore[arg-type]
+        part = getattr(scene, section.name)
+        for key in fields(part) if is_dataclass(part) else ():
+            path, value = f"{section.name}.{key.name}", getattr(part, key.name)
+            if value == key.default or (scene.physical and path in DETERMINED):
+                continue
+            for other, needed in key.metadata.get("only", {}).items():
+                if (actual := _at(scene, other)) not in needed:
+                    found.append(
+                        f"{path} = {shown(value)} has no effect with {other} = {shown(actual)}; "
+                        "leave it out"
+                    )
+                    break
+    return found
+
+
+def unusual(scene: AnyScene) -> str:
+    """The number of a scene that is farthest from its default, most likely the one in error."""
+    worst, found = 0.0, "the values that differ from their defaults"
+    for section in fields(scene):  # type: ignore[arg-type]
+        part = getattr(scene, section.name)
+        for key in fields(part) if is_dataclass(part) else ():
+            value, usual = getattr(part, key.name), cast(Any, key.default)
+            if all(isinstance(v, int | float) and v > 0 for v in (value, usual)):
+                distance = abs(math.log(value / usual))
+                if distance > worst:
+                    worst = distance
+                    found = f"{section.name}.{key.name} = {value:g} (default {usual:g})"
+    return found
+
+
+def _at(scene: Any, path: str) -> Any:
+    for name in path.split("."):
+        scene = getattr(scene, name)
+    return scene
+
+
 @dataclass(frozen=True)
 class Physical:
     """SI values: m, m, Pa, -, kg/m^2, Pa s; they determine the groups in `DETERMINED`."""
 
-    length: float = rule(math.nan, above=0.0)
-    thickness: float = rule(math.nan, above=0.0)
-    young_modulus: float = rule(math.nan, above=0.0)
-    areal_density: float = rule(math.nan, above=0.0)
-    viscosity: float = rule(math.nan, above=0.0)
+    length: float = rule(math.nan, least=1e-9, most=1e6)
+    thickness: float = rule(math.nan, least=1e-12, most=1e3)
+    young_modulus: float = rule(math.nan, least=1.0, most=1e15)
+    areal_density: float = rule(math.nan, least=1e-9, most=1e9)
+    viscosity: float = rule(math.nan, least=1e-9, most=1e12)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
 
     @property

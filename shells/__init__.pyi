@@ -9,6 +9,7 @@ from .conditions.supports import pin as pin
 from .conditions.supports import supported as supported
 from .conditions.supports import symmetry as symmetry
 from .energy.densities import NeoHookean as NeoHookean
+from .energy.densities import Skalak as Skalak
 from .energy.hyperelastic import HyperelasticShell as HyperelasticShell
 from .energy.kirchhoff_love import KirchhoffLove as KirchhoffLove
 from .energy.material import Material as Material

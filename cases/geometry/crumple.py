@@ -18,6 +18,10 @@ SAMPLES = 3  # points per element side of the collision mesh
 SHARE = 0.9  # of the collision-free step
 
 
+class CrumpleError(ValueError):
+    """A bag that cannot be crumpled."""
+
+
 def sampled(surface: Pillow, coefficients: np.ndarray, samples: int = SAMPLES) -> SampledMesh:
     """Triangles of a whole surface."""
     x = np.linspace(0.0, 1.0, samples)
@@ -49,6 +53,11 @@ def crumple(
     distance : float, optional
         Smallest distance kept between triangles; default a quarter of the shortest edge, below
         which neighbours in one sheet would count as contact.
+
+    Raises
+    ------
+    CrumpleError
+        A bag that already touches itself.
     """
     rng = np.random.default_rng(seed)
     mesh = sampled(surface, coefficients)
@@ -60,7 +69,13 @@ def crumple(
     for _ in range(ROUNDS):
         d = mask * _displacement(rng, c, size, amplitude)
         d = _smooth(surface, d)
-        c = c + SHARE * mesh.free_step(c, c + d, distance) * d
+        free = mesh.free_step(c, c + d, distance)
+        if free == 0.0:
+            raise CrumpleError(
+                f"its triangles are already closer than {distance:.2g} to each other and cannot "
+                "move; thin or refine the bag"
+            )
+        c = c + SHARE * free * d
     return c
 
 

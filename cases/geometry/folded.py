@@ -20,7 +20,7 @@ from shells.surfaces.pillow import Pillow
 from .bag import Bag
 from .crumple import crumple
 from .folding import Folding, Map
-from .pillow import fit, flattened, rectangle
+from .pillow import exact_points, fit, flattened, rectangle
 
 FLATTEN = 4.0  # evenness of the sheets: thickness at half the way to the rim 0.95 of the middle
 
@@ -121,6 +121,11 @@ def folded_bag(
         Amplitude of a random collision-free displacement after folding; 0 for none.
     seed : int
         Of the random displacement.
+
+    Raises
+    ------
+    CrumpleError
+        A bag to be crumpled that already touches itself.
     """
     base = outline(folding.gap, plan, width)
     flat_all, _ = fit(surface, *base)
@@ -131,8 +136,7 @@ def folded_bag(
     if crumpled > 0.0:
         folded_all = crumple(surface, folded_all, cut, amplitude=crumpled, seed=seed)
     parts = [np.concatenate([c[membrane.kept], c[inlet.kept]]) for c in (folded_all, flat_all)]
-    fine = Pillow(2 * surface.n_s, 2 * surface.n_t)
-    exact = np.nan if crumpled else enclosed(fine, fit(fine, *base, *folding.maps)[0])
+    exact = np.nan if crumpled else exact_volume(surface, (*base, *folding.maps))
     return FoldedBag(
         membrane=membrane,
         inlet=inlet,
@@ -155,14 +159,17 @@ def outline(gap: float, plan: str, width: float) -> tuple[Map, ...]:
     return flattened(0.5 * gap, FLATTEN), rectangle(1.0, width)
 
 
-def enclosed(surface: Pillow, coefficients: np.ndarray) -> float:
-    """Volume inside a closed surface [T 2.27]."""
-    x, w = np.polynomial.legendre.leggauss(4)
+def exact_volume(surface: Pillow, maps: tuple[Map, ...], points: int = 7) -> float:
+    """Volume inside the exact body [T 2.27], interpolated on each element at Gauss points."""
+    x, w = np.polynomial.legendre.leggauss(points)
     x, w = 0.5 * (x + 1.0), 0.5 * w
-    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
-    point, s, t = (surface.sample(xi, eta, k) @ coefficients for k in (None, 0, 1))
-    cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
-    return float(cone @ np.tile(np.outer(w, w).ravel(), surface.n_elements))
+    powers = np.arange(points)
+    slopes = powers * x[:, None] ** np.maximum(powers - 1, 0)
+    derivative = slopes @ np.linalg.inv(x[:, None] ** powers)
+    X = exact_points(surface, x, maps).reshape(-1, points, points, 3)
+    s, t = np.einsum("ai,eijc->eajc", derivative, X), np.einsum("bj,eijc->eibc", derivative, X)
+    cone = np.einsum("eijc,eijc->eij", X, np.cross(s, t)) / 3.0
+    return float(np.einsum("eij,i,j->", cone, w, w))
 
 
 def bubble(inlet: Pillow, coefficients: np.ndarray, size: int) -> Callable:

@@ -75,12 +75,33 @@ class Pancake:
 
 def graded(length: float, first: float, last: float, largest: float) -> np.ndarray:
     """Breaks on [0, length]: sizes grow from both ends at rate `GRADING` up to ``largest``."""
+    x, count = _counted(length, first, last, largest)
+    n = graded_count(length, first, last, largest)
+    return np.interp(np.linspace(0.0, count[-1], n + 1), count, x)
+
+
+def graded_count(length: float, first: float, last: float, largest: float) -> int:
+    """Elements of `graded`, without making them."""
+    _, count = _counted(length, first, last, largest)
+    return max(1, int(np.ceil(count[-1] - 1e-9)))
+
+
+def _counted(
+    length: float, first: float, last: float, largest: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places on [0, length] and the number of elements up to there."""
     x = np.linspace(0.0, length, 2001)
     size = np.minimum(largest, np.minimum(first + GRADING * x, last + GRADING * (length - x)))
     steps = np.diff(x) * 0.5 * (1.0 / size[1:] + 1.0 / size[:-1])
-    count = np.concatenate([[0.0], np.cumsum(steps)])
-    n = max(1, int(np.ceil(count[-1] - 1e-9)))
-    return np.interp(np.linspace(0.0, count[-1], n + 1), count, x)
+    return x, np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def meridian_rows(body: Pancake, rim: int, fillet: int, flat_max: float, pole: float) -> int:
+    """Rows of elements of `meridian_breaks`, without making them."""
+    lengths = body.lengths
+    rim_size, fillet_size = lengths[1] / rim, lengths[3] / fillet
+    upper = graded_count(lengths[0], pole, rim_size, flat_max)
+    return upper + rim + graded_count(lengths[2], rim_size, fillet_size, flat_max) + fillet
 
 
 def meridian_breaks(

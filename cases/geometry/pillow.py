@@ -8,8 +8,9 @@ to the basis in the L2 sense, corners kept smooth.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
@@ -24,6 +25,12 @@ Map = Callable[[np.ndarray], np.ndarray]
 FLATTEN = 3.0  # of the sheets: 0 keeps the ellipsoid
 CORNERS = 0.3  # of a rounded rectangle: 0 keeps the disc
 FIT_POINTS = 4  # Gauss points per direction and element
+# of normal equations: five times faster than for a general matrix
+SYMMETRIC: Mapping[str, Any] = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.0,
+    "options": {"SymmetricMode": True},
+}
 
 
 def sphere_points(s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -89,7 +96,7 @@ def fit(surface: Pillow, *maps: Map) -> tuple[np.ndarray, float]:
     points, target = _samples(surface, 0.5 * (x + 1.0), maps)
     basis = points @ surface.reduction
     normal = (basis.T @ diags(weights) @ basis).tocsc()
-    free = splu(normal).solve(basis.T @ (weights[:, None] * target))
+    free = splu(normal, **SYMMETRIC).solve(basis.T @ (weights[:, None] * target))
     coefficients = surface.reduction @ free
     points, target = _samples(surface, np.linspace(0.0, 1.0, 3), maps)
     return coefficients, float(np.linalg.norm(points @ coefficients - target, axis=1).max())
@@ -100,13 +107,19 @@ def _samples(
 ) -> tuple[csr_matrix, np.ndarray]:
     """Evaluation matrix at tensor points ``x`` of every element, and the exact surface there."""
     xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    return surface.sample(xi, eta), exact_points(surface, x, maps)
+
+
+def exact_points(surface: Pillow, x: np.ndarray, maps: tuple[Map, ...]) -> np.ndarray:
+    """The unit sphere sent through maps, at tensor points ``x`` of every element."""
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
     es, et = np.divmod(surface.selected, surface.n_t)
     s = ((es[:, None] + xi) / surface.n_s).ravel()
     t = ((et[:, None] + eta) / surface.n_t).ravel()
     target = sphere_points(s, t)
     for shape in maps:
         target = shape(target)
-    return surface.sample(xi, eta), target
+    return target
 
 
 def round_bag(n_s: int, *, gap: float, flatten: float = FLATTEN) -> PillowBag:

@@ -1,15 +1,15 @@
 """What a kind of scene is: its tables, its forecast, its run and its picture.
 
 A kind is a folder with ``config.py`` (dataclasses of its sections, `impossible`), ``forecast.py``
-(``forecast(scene)``), ``build.py`` or ``run.py`` and ``picture.py`` (``overview(folder, scene)``),
-and an object ``KIND`` in its ``__init__``. Only configs are imported with it: the rest loads when
-it is needed, so that listing and checking scenes stays light.
+(``sizes(scene)``, ``forecast(scene)``), ``build.py`` or ``run.py`` and ``picture.py``
+(``overview(folder, scene)``), and an object ``KIND`` in its ``__init__``. Only configs are imported
+with it: the rest loads when it is needed, so that listing and checking scenes stays light.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from ..output.figures import NoPicture
 from ..output.forecast import Forecast
-from ..sections import AnyScene, Sections
+from ..scene_file import last_resort
+from ..sections import AnyScene, Sections, without_effect
+from .sizes import Sizes
 
 if TYPE_CHECKING:
     from ..output.step_records import StepOutcome, StepRecords
@@ -41,6 +43,9 @@ class Kind(Protocol):
 
     def impossible(self, scene: Any) -> list[str]:
         """Combinations of single good values that cannot work together."""
+
+    def sizes(self, scene: Any) -> Sizes:
+        """Counts and memory, estimated without building anything."""
 
     def forecast(self, scene: Any) -> Forecast:
         """What `airfold check` prints."""
@@ -95,9 +100,21 @@ class _FolderKind:
         """The word of scenes."""
         return self.scene.kind
 
-    def forecast(self, scene: Any) -> Forecast:
+    def sizes(self, scene: Any) -> Sizes:
         """By the folder's ``forecast.py``."""
-        return import_module(f"{self.folder}.forecast").forecast(scene)
+        return import_module(f"{self.folder}.forecast").sizes(scene)
+
+    def forecast(self, scene: Any) -> Forecast:
+        """By the folder's ``forecast.py``, and what the scene says without effect.
+
+        Raises
+        ------
+        SceneError
+            A scene whose numbers overflow or fill the memory.
+        """
+        with last_resort(scene.name, scene):
+            found = import_module(f"{self.folder}.forecast").forecast(scene)
+        return replace(found, warnings=(*found.warnings, *without_effect(scene)))
 
     def draw(self, folder: Path, scene: Any) -> Path:
         """By ``picture.py``."""
@@ -117,8 +134,16 @@ class TimeFolder(_FolderKind):
     """A `TimeKind` whose parts are modules of one folder."""
 
     def simulated(self, scene: Any) -> Simulated:
-        """By the folder's ``build.py``."""
-        return import_module(f"{self.folder}.build").simulated(scene)
+        """By the folder's ``build.py``; what has no effect counts as left out.
+
+        Raises
+        ------
+        SceneError
+            A scene whose numbers overflow or fill the memory.
+        """
+        with last_resort(scene.name, scene):
+            found = import_module(f"{self.folder}.build").simulated(scene)
+        return replace(found, skips=(*found.skips, *without_effect(scene)))
 
 
 @dataclass(frozen=True)
@@ -127,4 +152,6 @@ class StepFolder(_FolderKind):
 
     def run(self, scene: Any, records: StepRecords) -> StepOutcome:
         """By the folder's ``run.py``."""
+        for what in without_effect(scene):
+            records.skip(what)
         return import_module(f"{self.folder}.run").run(scene, records)

@@ -19,18 +19,14 @@ LIMITS = {"gauss-seidel": 1.0, "aitken": 20.0, "iqn-ils": 200.0}
 PASSES, SUBITERATIONS = 6, 30  # iterations allowed where the scene says "automatic"
 
 
-def scheme(
-    coupling: Coupling, rho: float, dt: float, *, linear: bool = True, cheap: float = 1.0
-) -> Scheme:
-    """The scheme a scene names.
+def scheme(coupling: Coupling, rho: float, dt: float, *, cheap: float = 1.0) -> Scheme:
+    """The scheme a scene names; the implicit ones and "auto" need a load linear in the velocity.
 
     Parameters
     ----------
     coupling : Coupling
     rho : float
         Contraction of plain subiterations at the step ``dt``, a priori.
-    linear : bool
-        Whether the load is linear in the velocity; only then there is an implicit scheme.
     cheap : float
         Largest rho at which "auto" takes IQN-ILS.
     """
@@ -39,7 +35,7 @@ def scheme(
     schemes: Mapping[str, Callable[[], Scheme]] = {
         "implicit": lambda: implicit,
         "semi-implicit": lambda: Implicit(coupling.dense_limit, passes=1),
-        "auto": lambda: Automatic(rho / dt, iqn, implicit, cheap) if linear else iqn,
+        "auto": lambda: Automatic(rho / dt, iqn, implicit, cheap),
         "iqn-ils": lambda: iqn,
         "aitken": lambda: Partitioned(Aitken(first)),
         "constant": lambda: Partitioned(Constant(coupling.relaxation)),

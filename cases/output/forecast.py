@@ -32,8 +32,8 @@ def show(scene: AnyScene, forecast: Forecast) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
-    console.print(f"{scene.name}: {scene.description}", markup=False)
+    console = Console(highlight=False, markup=False)  # [physical] is no markup
+    console.print(f"{scene.name}: {scene.description}")
     table = Table(box=None, show_header=False, pad_edge=False)
     for column in ("left", "right", "left", "left"):
         table.add_column(justify=column)
@@ -47,7 +47,7 @@ def show(scene: AnyScene, forecast: Forecast) -> None:
             table.add_row(key, _number(value), "", "from [physical]")
     console.print(table)
     for warning in forecast.warnings:
-        console.print(f"warning: {warning}", markup=False)
+        console.print(f"warning: {warning}")
     if not forecast.warnings:
         console.print("no warnings")
 

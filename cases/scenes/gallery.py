@@ -20,8 +20,9 @@ from PIL import Image
 
 from .. import loader
 from ..kinds import FOLDERS, KINDS
+from ..limits import literal
 from ..output.atomic import replacing
-from ..scene_text import TOP, field_names, literal
+from ..scene_text import TOP, field_names
 from ..sections import AnyScene
 
 FOLDER = Path(__file__).resolve().parent

@@ -91,3 +91,50 @@ class NeoHookean:
         d = det[..., None, None]
         hessian[..., :3, :3] = half * (2.0 * product / d**3 - bend / d**2)
         return psi, gradient, hessian
+
+
+@dataclass(frozen=True)
+class Skalak:
+    """Membrane that resists dilatation of its area, with the quadratic bending of [T 2.17].
+
+    ``psi = Gs / 4 (I1^2 + 2 I1 - 2 I2 + C I2^2)``, ``I1 = tr a - 2``, ``I2 = det a - 1`` (Skalak,
+    Tozeren, Zarda, Chien 1973); small strains agree with Poisson ratio ``C / (1 + C)``, so that
+    ``Gs`` is ``(1 - nu) / 2`` of the membrane stiffness.
+
+    Parameters
+    ----------
+    material : Material
+        Its Poisson ratio gives C.
+
+    Raises
+    ------
+    ValueError
+        If the material's Poisson ratio is not above -1/2 (C not above -1/3).
+    """
+
+    material: Material
+
+    def __post_init__(self) -> None:
+        if not self.material.poisson_ratio > -0.5:
+            raise ValueError("Skalak's law has poisson_ratio = C / (1 + C) above -0.5")
+
+    def __call__(
+        self, y: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        psi, gradient, hessian = StVenantKirchhoff(self.material)(y, reference)
+        strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
+        psi = psi - _quadratic(self.material.elasticity(), strain)[0]
+        nu = self.material.poisson_ratio
+        quarter, C = self.material.stiffness * (1.0 - nu) / 8.0, nu / (1.0 - nu)
+        I1, I2 = y[..., 0] + y[..., 1] - 2.0, y[..., 0] * y[..., 1] - y[..., 2] ** 2 - 1.0
+        one = np.array([1.0, 1.0, 0.0])
+        slope = np.stack([y[..., 1], y[..., 0], -2.0 * y[..., 2]], axis=-1)
+        bend = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -2.0]])
+        psi = psi + quarter * (I1**2 + 2.0 * I1 - 2.0 * I2 + C * I2**2)
+        by_I1, by_I2 = 2.0 * I1 + 2.0, 2.0 * C * I2 - 2.0
+        gradient[..., :3] = quarter * (by_I1[..., None] * one + by_I2[..., None] * slope)
+        product = slope[..., :, None] * slope[..., None, :]
+        hessian[..., :3, :3] = quarter * (
+            2.0 * np.outer(one, one) + 2.0 * C * product + by_I2[..., None, None] * bend
+        )
+        return psi, gradient, hessian

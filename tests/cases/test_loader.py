@@ -88,14 +88,14 @@ def test_all_problems_at_once(tmp_path):
     [
         (
             "[structure]\nflexural_rigidity = -1.0",
-            "structure.flexural_rigidity: -1.0 must be above",
+            "structure.flexural_rigidity: -1.0 must be at least 1e-14",
         ),
         ("[mesh]\ndisc = 0", "mesh.disc: 0 must be at least 1"),
         ('[geometry]\nkind = "sphere"', "geometry.kind: \"sphere\" is none of 'pancake', 'pillow'"),
         ('[mesh]\ndegree = 2\njoints = "double"', "mesh.joints: 'double' knots on degree 2"),
         ("[inflow]\nt1 = 5\nt2 = 4", "inflow.t2: 4 lies before the end of the ramp"),
         ("[time]\ndt = 8\nend = 4", "time.end: 4 is less than one step"),
-        ("[fluid]\nviscosity_ratio = 0", "fluid.viscosity_ratio: 0.0 must be above"),
+        ("[fluid]\nviscosity_ratio = 0", "fluid.viscosity_ratio: 0.0 must be at least 1e-06"),
         ("[output]\npicture = 1", "output.picture: must be true or false, not 1"),
         ("[time]\ndt = true", "time.dt: must be a number, not true"),
         ("[time]\ndt = inf", "time.dt: must be finite"),
@@ -134,10 +134,10 @@ def test_bad_overrides_are_all_reported():
         loader.read("pancake", ["time.dt", "time.dd=3", "name.x=1", "fluid.model=stoke"])
     text = str(caught.value)
     for part in (
-        "--set time.dt: expected",
+        '--set "time.dt": expected',
         "time.dd: unknown",
         "name: must be a string, not a section",
-        "'stoke' is none",
+        '"stoke" is none',
     ):
         assert part in text
 
@@ -206,5 +206,4 @@ def test_every_shape_is_valid_by_default(tmp_path):
             for word in getattr(section, "tables", ()):
                 head, key = section.key.split(".")
                 text = f'kind = "{kind.name}"\n[{head}]\n{key} = "{word}"\n'
-                more = ["load.moment=1"] if word == "moment" else []
-                loader.read(_file(tmp_path, text), more)
+                loader.read(_file(tmp_path, text))

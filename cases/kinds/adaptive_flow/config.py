@@ -8,11 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Choice, Sections, StepOutput, rule
+from ...limits import rule
+from ...sections import Choice, Sections, StepOutput
 
 # The channel and the square cavity below it: (left, right, bottom, top) [T fig. 7.2].
 RECTANGLES = ((0.0, 3.0, 0.0, 1.0), (1.0, 2.0, -1.0, 0.0))
 LAMINAR = 1500.0
+REFINED = {"flow.refinements": range(1, 15)}
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 
 
@@ -26,10 +28,10 @@ class ChannelFlow:
     """
 
     geometry: str = rule("channel-cavity", choices=("channel-cavity",))
-    reynolds: float = rule(10.0, above=0.0)
+    reynolds: float = rule(10.0, least=1e-6, most=1e6)
     cells: int = rule(40, least=2, most=160)
     refinements: int = rule(0, least=0, most=14)
-    refined_fraction: float = rule(0.15, above=0.0, most=1.0)
+    refined_fraction: float = rule(0.15, least=1e-3, most=1.0, only=REFINED)
     convection: str = rule("plain", choices=("plain", "skew"))
 
 
@@ -38,7 +40,7 @@ class VorticityGoal:
     """Integral of the vorticity over a region (left, right, bottom, top)."""
 
     kind: str = rule("vorticity", choices=("vorticity",))
-    region: tuple[float, float, float, float] = rule((1.9, 2.0, -1.0, -0.9))
+    region: tuple[float, float, float, float] = rule((1.9, 2.0, -1.0, -0.9), least=-1.0, most=3.0)
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,8 @@ class VelocityGoal:
     """A velocity component near a point, averaged over a disc."""
 
     kind: str = rule("velocity", choices=("velocity",))
-    point: tuple[float, float] = rule((1.5, -0.5))
-    radius: float = rule(0.1, above=0.0)
+    point: tuple[float, float] = rule((1.5, -0.5), least=-1.0, most=3.0)
+    radius: float = rule(0.1, least=1e-3, most=1.5)
     component: int = rule(0, least=0, most=1)
 
     @property
@@ -62,7 +64,7 @@ class TractionGoal:
     """Force on the walls in a direction."""
 
     kind: str = rule("traction", choices=("traction",))
-    direction: tuple[float, float] = rule((1.0, 0.0))
+    direction: tuple[float, float] = rule((1.0, 0.0), least=-1e6, most=1e6)
 
 
 @dataclass(frozen=True)
@@ -86,11 +88,11 @@ class Adaptivity:
 
     indicator: str = rule("integral", choices=("integral", "counting", "volume", "exact"))
     marking: str = rule("greedy", choices=("greedy", "fraction", "doerfler"))
-    parameter: float = rule(0.1, above=0.0, most=1.0)
+    parameter: float = rule(0.1, least=1e-6, most=1.0)
     adjoint: str = rule("full", choices=("full", "mixed", "enriched"))
-    layers: int = rule(2, least=1)
-    tolerance: float = rule(1e-6, above=0.0)
-    max_steps: int = rule(40, least=0)
+    layers: int = rule(2, least=1, most=64, only={"adaptivity.adjoint": ("enriched",)})
+    tolerance: float = rule(1e-6, least=1e-14, below=1.0)
+    max_steps: int = rule(40, least=0, most=10000)
     reference: bool = rule(True)
 
 
@@ -138,6 +140,10 @@ def impossible(scene: AdaptiveFlowScene) -> list[str]:
             f.reynolds > LAMINAR,
             f"flow.reynolds: {f.reynolds:g} is out of the laminar range; a steady flow is "
             f"computed up to {LAMINAR:g}",
+        ),
+        (
+            isinstance(g, TractionGoal) and not any(g.direction),
+            "goal.direction: is zero; give a direction, for example [1.0, 0.0]",
         ),
         (
             f.refinements > 0 and a.indicator == "exact",

@@ -5,18 +5,32 @@ from __future__ import annotations
 import math
 
 from ...output.forecast import GIGABYTE, Forecast, Item
+from ..sizes import Sizes
 from .config import AdaptiveFlowScene
 
 # Measured on 1.5e4 to 2.3e5 unknowns: nonzeros of the factors over n log2 n.
 FILL = 16.0
 GROWTH = 1.75  # elements of a mesh over those before, refining 15% with closure, measured
+MATRICES = 3000.0  # bytes an unknown: three forms of 22 functions an element, estimated
 AREA = 4.0
+
+
+def sizes(scene: AdaptiveFlowScene) -> Sizes:
+    """Counts and memory from the numbers of the mesh."""
+    elements, unknowns = _sizes(scene)
+    memory = {"factors": factors(unknowns), "matrices": MATRICES * unknowns}
+    return Sizes(elements, unknowns, memory, "lower flow.cells or flow.refinements")
+
+
+def factors(unknowns: int) -> float:
+    """Bytes of the factors of one system."""
+    return 12.0 * FILL * unknowns * math.log2(unknowns)
 
 
 def forecast(scene: AdaptiveFlowScene) -> Forecast:
     """Sizes, memory and warnings of a scene; loads no finite elements."""
     elements, unknowns = _sizes(scene)
-    memory = 12.0 * FILL * unknowns * math.log2(unknowns) / GIGABYTE
+    memory = factors(unknowns) / GIGABYTE
     adapted = scene.flow.refinements > 0
     items = [
         Item("elements", elements, "", "triangles, estimated" if adapted else "quadrilaterals"),

@@ -1,4 +1,4 @@
-"""An elastic capsule in planar strain: the coupling against small-deformation theory.
+"""An elastic capsule in a linear flow: the coupling against small-deformation theory.
 
 Read `config.py` (the scene's tables, with the exact answer), `build.py`, `forecast.py`; its
 pictures are those of an inflation.

@@ -5,6 +5,7 @@ Read `config.py` (the scene's tables), `plan.py` (what a scene comes to), `build
 """
 
 from ..kind import TimeFolder
-from .config import SECTIONS, InflationScene, impossible
+from .combinations import impossible
+from .config import SECTIONS, InflationScene
 
 KIND = TimeFolder(InflationScene, SECTIONS, impossible, __name__)

@@ -5,13 +5,25 @@ Units as in `cases.sections`; the fluid enters by m = varpi/Re.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Choice, Coupling, Output, Physical, Sections, Time, rule
+from ...limits import rule
+from ...sections import Choice, Coupling, Output, Physical, Sections, Time
 
 FOLDS = ("flat", "accordion", "roll", "double")
+LENGTH = {"least": 1e-4, "most": 1e4}
+RATIO = {"least": 1e-6, "most": 1e6}
+TIME = {"least": 1e-6, "most": 1e9}
+PILLOW = {"geometry.kind": ("pillow",)}
+FLOW = {"fluid.model": ("stokes",)}
+TESTED = {"contact.test": ("auto", "on")}
+ITERATIVE = {**FLOW, "fluid.solver": ("auto", "gmres")}
+
+
+def _folded(*words: str) -> dict[str, tuple[str, ...]]:
+    """Condition of keys that belong to some foldings."""
+    return {"geometry.fold": words}
 
 
 @dataclass(frozen=True)
@@ -19,10 +31,10 @@ class PancakeGeometry:
     """A round bag with a neck: lengths in units of L, ``radius`` is half the sheets' distance."""
 
     kind: str = rule("pancake", choices=("pancake",))
-    radius: float = rule(1.0, above=0.0)
-    half_width: float = rule(10.0, above=0.0)
-    neck_radius: float = rule(1.0, above=0.0)
-    fillet: float = rule(1.0, above=0.0)
+    radius: float = rule(1.0, **LENGTH)
+    half_width: float = rule(10.0, **LENGTH)
+    neck_radius: float = rule(1.0, **LENGTH)
+    fillet: float = rule(1.0, **LENGTH)
 
 
 @dataclass(frozen=True)
@@ -37,14 +49,14 @@ class PillowGeometry:
 
     kind: str = rule("pillow", choices=("pillow",))
     plan: str = rule("rectangle", choices=("rectangle", "round"))
-    width: float = rule(1.0, above=0.0)
+    width: float = rule(1.0, least=0.01, most=100.0, only={"geometry.plan": ("rectangle",)})
     fold: str = rule("flat", choices=FOLDS)
-    folds: int = rule(2, least=1)
-    folds_across: int = rule(1, least=1)
-    turns: float = rule(2.0, above=0.0)
-    pitch: float = rule(1.0, above=0.0)
-    panel: float = rule(10.0, above=0.0)
-    gap: float = rule(0.4, above=0.0)
+    folds: int = rule(2, least=1, most=256, only=_folded("accordion", "double"))
+    folds_across: int = rule(1, least=1, most=64, only=_folded("double"))
+    turns: float = rule(2.0, least=0.1, most=64.0, only=_folded("roll"))
+    pitch: float = rule(1.0, least=1e-4, most=1e3, only=_folded("roll"))
+    panel: float = rule(10.0, least=1e-2, most=1e4, only=_folded("accordion", "double"))
+    gap: float = rule(0.4, least=1e-5, most=1e3)
     crumple: float = rule(0.0, least=0.0, most=1.0)
 
 
@@ -57,12 +69,12 @@ class PancakeMesh:
     """
 
     degree: int = rule(3, choices=(2, 3))
-    around: int = rule(12, least=4)
-    rim: int = rule(4, least=1)
-    fillet: int = rule(2, least=1)
-    flat_max: float = rule(3.0, above=0.0)
-    pole: float = rule(2.0, above=0.0)
-    disc: int = rule(2, least=1)
+    around: int = rule(12, least=4, most=4096)
+    rim: int = rule(4, least=1, most=1024)
+    fillet: int = rule(2, least=1, most=1024)
+    flat_max: float = rule(3.0, **LENGTH)
+    pole: float = rule(2.0, **LENGTH)
+    disc: int = rule(2, least=1, most=1024)
     joints: str = rule("smooth", choices=("smooth", "double"))
 
 
@@ -75,9 +87,9 @@ class PillowMesh:
     """
 
     degree: int = rule(2, choices=(2,))
-    around: int = rule(24, least=12)
-    across: int = rule(0, least=0)
-    inlet: int = rule(2, least=2)
+    around: int = rule(24, least=12, most=4096)
+    across: int = rule(0, least=0, most=4096)
+    inlet: int = rule(2, least=2, most=1024)
 
 
 @dataclass(frozen=True)
@@ -91,14 +103,14 @@ class BagStructure:
     both from the folded state (only pressure opens it).
     """
 
-    stiffness: float = rule(1.0, above=0.0)
-    density: float = rule(1.0, above=0.0)
+    stiffness: float = rule(1.0, **RATIO)
+    density: float = rule(1.0, least=1e-9, most=1e9)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
-    flexural_rigidity: float = rule(1e-2, above=0.0)
+    flexural_rigidity: float = rule(1e-2, least=1e-14, most=100.0)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
-    reference: str = rule("folded", choices=("folded", "flat", "creased"))
+    reference: str = rule("folded", choices=("folded", "flat", "creased"), only=PILLOW)
 
 
 @dataclass(frozen=True)
@@ -113,25 +125,25 @@ class BagFluid:
     """
 
     model: str = rule("stokes", choices=("stokes", "pressure"))
-    viscosity_ratio: float = rule(1.0, above=0.0)
-    mass_ratio: float = rule(0.005, above=0.0)
-    tolerance: float = rule(1e-3, above=0.0, below=1.0)
-    outer_points: int = rule(3, choices=(2, 3, 4))
-    polar: tuple[int, int] = rule((0, 0), least=0)
-    near_ball: float = rule(1.0, above=0.0)
-    solver: str = rule("auto", choices=("auto", "lu", "gmres"))
-    compression: str = rule("auto", choices=("auto", "dense", "aca", "h2"))
-    krylov_tolerance: float = rule(0.0, least=0.0, below=1.0)
-    krylov_iterations: int = rule(500, least=1)
+    viscosity_ratio: float = rule(1.0, **RATIO, only=FLOW)
+    mass_ratio: float = rule(0.005, least=1e-12, most=1e12, only=FLOW)
+    tolerance: float = rule(1e-3, least=1e-10, below=1.0, only=FLOW)
+    outer_points: int = rule(3, choices=(2, 3, 4), only=FLOW)
+    polar: tuple[int, int] = rule((0, 0), least=0, most=24, only=FLOW)
+    near_ball: float = rule(1.0, least=0.1, most=10.0, only=FLOW)
+    solver: str = rule("auto", choices=("auto", "lu", "gmres"), only=FLOW)
+    compression: str = rule("auto", choices=("auto", "dense", "aca", "h2"), only=FLOW)
+    krylov_tolerance: float = rule(0.0, least=0.0, below=1.0, only=ITERATIVE)
+    krylov_iterations: int = rule(500, least=1, most=100000, only=ITERATIVE)
 
 
 @dataclass(frozen=True)
 class BagInflow:
     """Influx rises over t1, is constant until t2 and ends at t1 + t2; volume as multiple of V0."""
 
-    final_volume: float = rule(3.0, above=0.0)
-    t1: float = rule(200.0, above=0.0)
-    t2: float = rule(400.0, above=0.0)
+    final_volume: float = rule(3.0, least=1e-3, most=1e3)
+    t1: float = rule(200.0, **TIME)
+    t2: float = rule(400.0, **TIME)
 
 
 @dataclass(frozen=True)
@@ -143,8 +155,8 @@ class ContactTest:
     """
 
     test: str = rule("auto", choices=("auto", "on", "off"))
-    engine: str = rule("auto", choices=("auto", "ipctk", "bound"))
-    tessellate: int = rule(3, least=1, most=16)
+    engine: str = rule("auto", choices=("auto", "ipctk", "bound"), only=TESTED)
+    tessellate: int = rule(3, least=1, most=16, only=TESTED)
 
 
 @dataclass(frozen=True)
@@ -189,96 +201,3 @@ SECTIONS: Sections = {
     "output": Output,
     "physical": Physical,
 }
-
-
-def impossible(scene: InflationScene) -> list[str]:
-    """Combinations of single good values that cannot work together."""
-    g, m = scene.geometry, scene.mesh
-    cases = [
-        (
-            tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
-            f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
-        ),
-        (
-            scene.fluid.compression == "aca" and scene.fluid.outer_points < 3,
-            "fluid.compression: 'aca' needs equal outer and source points; set "
-            "fluid.outer_points = 3, or use 'h2'",
-        ),
-        (
-            scene.fluid.compression in ("aca", "h2") and scene.fluid.solver == "lu",
-            f"fluid.solver: 'lu' needs the dense matrix, fluid.compression = "
-            f"{scene.fluid.compression!r} has none; use 'gmres' or 'auto'",
-        ),
-        (
-            scene.inflow.t2 < scene.inflow.t1,
-            f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
-            f"inflow.t1 = {scene.inflow.t1:g}",
-        ),
-        *scene.time.impossible(),
-    ]
-    if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
-        cases = [*_impossible_pancake(g, m), *cases]
-    if isinstance(g, PillowGeometry) and isinstance(m, PillowMesh):
-        cases = [*cases, *_impossible_folds(g, m)]
-    return [message for wrong, message in cases if wrong]
-
-
-def _impossible_pancake(g: PancakeGeometry, m: PancakeMesh) -> list[tuple[bool, str]]:
-    needed = g.radius + g.neck_radius + g.fillet
-    return [
-        (
-            g.half_width <= needed,
-            f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
-            f"radius + neck_radius + fillet = {needed:g}",
-        ),
-        (
-            m.joints == "double" and m.degree == 2,
-            "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
-        ),
-    ]
-
-
-def _impossible_folds(g: PillowGeometry, m: PillowMesh) -> list[tuple[bool, str]]:
-    """Foldings that cannot be: sheets inside out, panels too short, a basis too small."""
-    folded, zigzag = g.fold != "flat", g.fold in ("accordion", "double")
-    closest = g.pitch if g.fold == "roll" else 2.0
-    across = m.across or m.around // 2
-    return [
-        (
-            folded and g.gap >= closest,
-            f"geometry.gap: {g.gap:g} fold radii: neighbouring panels would touch or sheets turn "
-            f"inside out; it must be below {closest:g}",
-        ),
-        (
-            not folded and g.gap >= 1.0,
-            f"geometry.gap: {g.gap:g} of the length is no flat bag; use less than 1",
-        ),
-        (
-            zigzag and g.panel <= math.pi,
-            f"geometry.panel: {g.panel:g} fold radii leave no room for the folds; it must exceed "
-            "pi fold radii (6 or 10 are usual)",
-        ),
-        (
-            g.fold == "double" and g.panel > math.pi and not _pack_fits(g),
-            f"geometry.folds_across: {g.folds_across} folds of the pack need more width than there "
-            "is; fold less, or raise geometry.panel",
-        ),
-        (
-            m.around % 2 == 1 or across < 6,
-            f"mesh.around: a pillow needs an even number of at least 12 elements around and 6 "
-            f"across, not {m.around} x {across}",
-        ),
-        (
-            m.inlet > across // 3,
-            f"mesh.inlet: {m.inlet} elements are too many for {across} across; use at most "
-            f"{across // 3}",
-        ),
-    ]
-
-
-def _pack_fits(g: PillowGeometry) -> bool:
-    """Whether the second folds of a pack leave straight panels between them."""
-    from ...geometry.folding import pack_radius
-
-    radius = pack_radius(g.folds, g.panel, g.gap)
-    return math.pi * radius * (g.folds_across + 1) < 1.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.accuracy import Budget
-from hbem.layers.choice import STORED_LIMIT, Compression
+from hbem.layers.choice import STORED_LIMIT
 from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag
@@ -17,6 +17,7 @@ from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
 from ..schemes import LIMITS
+from ..sizes import MEASURED, Sizes
 from .config import InflationScene, PillowGeometry
 from .plan import InflationPlan
 
@@ -29,9 +30,16 @@ REFERENCES = {
 }
 
 
+def sizes(scene: InflationScene) -> Sizes:
+    """Counts and memory from the numbers of the scene."""
+    return InflationPlan(scene).sizes
+
+
 def forecast(scene: InflationScene) -> Forecast:
     """Sizes, time scales and warnings of a scene."""
     plan = InflationPlan(scene)
+    if not plan.sizes.quickly_measured:
+        return _large(plan)
     items = _sizes(plan)
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
@@ -151,7 +159,7 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
     scene, body, unknowns, rho, asked = (
         plan.scene, plan.bag, plan.unknowns, plan.contraction, plan.budget,
     )  # fmt: skip
-    f, memory = scene.fluid, 8.0 * unknowns**2 / GIGABYTE
+    f, memory = scene.fluid, plan.operator_bytes / GIGABYTE
     # relaxation time of the gap against the membrane's stiffness: m S over (pi / 2 l)^2
     symbol = rho / (f.mass_ratio * scene.time.dt)
     lubrication = f.mass_ratio * symbol / (0.5 * np.pi / body.extent) ** 2
@@ -161,7 +169,7 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         Item(
             "near pairs", NEAR_PAIRS_PER_POINT * f.outer_points**2 * plan.elements, "", "estimated"
         ),
-        _operator(plan.compression, f.solver, unknowns),
+        *_operator(plan),
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
@@ -198,15 +206,44 @@ def _double_layer(ratio: float) -> Item:
     return Item("double layer", "assembled", "", f"viscosity ratio {ratio:g}; never compressed")
 
 
-def _operator(how: Compression | None, solver: str, unknowns: int) -> Item:
-    """What holds the single layer."""
+def _large(plan: InflationPlan) -> Forecast:
+    """What numbers alone tell about a bag that takes too long to fit for a forecast."""
+    t, f = plan.scene.time, plan.scene.fluid
+    items = [
+        Item("elements", plan.elements),
+        Item("fluid unknowns", plan.unknowns if plan.has_flow else 0),
+        Item("memory", plan.sizes.total / GIGABYTE, "GB", "estimated, all together"),
+        Item("steps", int(np.ceil(t.end / t.dt)), "", f"of {t.dt:g}"),
+    ]
+    warnings = [
+        f"{plan.elements} elements: the geometry was not measured, which takes more than seconds; "
+        f"check it with {MEASURED} elements or fewer (mesh.around)"
+    ]
+    if plan.has_flow:
+        items += [
+            *_operator(plan),
+            *_accuracy(plan.budget, plan.orders, f.krylov_tolerance),
+            _double_layer(f.viscosity_ratio),
+        ]
+        warnings += plan.budget.warnings
+    return Forecast(tuple(items), tuple(warnings))
+
+
+def _operator(plan: InflationPlan) -> list[Item]:
+    """What holds the single layer, and how much memory that takes."""
+    how, unknowns = plan.compression, plan.unknowns
+    memory = plan.operator_bytes / GIGABYTE
     if how is not None:
         note = f"matrix tolerance {how.tolerance:.1e}, {unknowns} unknowns"
-        return Item("single layer", f"compressed, {how.method}", "", note)
-    if unknowns > STORED_LIMIT and solver != "lu":
-        return Item("single layer", "direct sums", "", f"{unknowns} unknowns, nothing stored")
-    memory = 8.0 * unknowns**2 / GIGABYTE
-    return Item("dense operator", memory, "GB", "a factorization and a copy come on top")
+        apiece = f"{1e-3 * plan.operator_bytes / unknowns:.3g} kB an unknown, near field included"
+        return [
+            Item("single layer", f"compressed, {how.method}", "", note),
+            Item("compressed operator", memory, "GB", apiece),
+        ]
+    if unknowns > STORED_LIMIT and plan.scene.fluid.solver != "lu":
+        note = f"{unknowns} unknowns, the near field stored"
+        return [Item("single layer", "direct sums", "", note), Item("near field", memory, "GB")]
+    return [Item("dense operator", memory, "GB", "with a copy and its factors")]
 
 
 def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:

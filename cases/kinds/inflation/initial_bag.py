@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from ...geometry.bag import Bag
-from ...geometry.pancake import Pancake, pancake
-from .config import InflationScene, PancakeMesh, PillowGeometry, PillowMesh
+from ...geometry.folding import Folding, accordion_folding, double_folding, flat, roll_folding
+from ...geometry.pancake import Pancake, meridian_rows, pancake
+from ...sections import SceneError
+from .config import InflationScene, PancakeGeometry, PancakeMesh, PillowGeometry, PillowMesh
 
 
 def initial_bag(scene: InflationScene) -> Bag:
@@ -27,24 +29,60 @@ def initial_bag(scene: InflationScene) -> Bag:
     )
 
 
-def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
-    from shells.surfaces.pillow import Pillow
+def narrowest(scene: InflationScene) -> tuple[float, float]:
+    """Sheet distance and lateral extent of the narrowest region, without fitting a bag."""
+    g = scene.geometry
+    if isinstance(g, PillowGeometry):
+        fold = _folding(g)
+        return min(fold.gap, fold.between), 0.5 * fold.panel
+    return 2.0 * g.radius, g.half_width - g.radius
 
-    from ...geometry.folded import folded_bag
-    from ...geometry.folding import accordion_folding, double_folding, flat, roll_folding
 
+def counts(scene: InflationScene) -> tuple[int, int]:
+    """Elements and density functions of membrane and inlet, without fitting a bag."""
+    g, m = scene.geometry, scene.mesh
+    if isinstance(m, PillowMesh):
+        across = m.across or m.around // 2
+        # functions over the rim of the inlet are cut in two; those inside belong to it alone
+        cut = (m.inlet + 2) ** 2 - max(0, m.inlet - 2) ** 2
+        return m.around * across, m.around * across + cut
+    assert isinstance(g, PancakeGeometry)  # both are chosen by geometry.kind
+    body = Pancake(g.radius, g.half_width, g.neck_radius, g.fillet)
+    rows = meridian_rows(body, m.rim, m.fillet, m.flat_max, m.pole)
+    doubled = 3 if m.joints == "double" else 0
+    # the two rings of functions at a pole have three in common
+    functions = (rows + doubled + m.disc + 2 * m.degree - 4) * m.around + 6
+    return (rows + m.disc) * m.around, functions
+
+
+def _folding(g: PillowGeometry) -> Folding:
     foldings = {
         "flat": lambda: flat(g.gap),
         "accordion": lambda: accordion_folding(g.folds, g.panel, g.gap),
         "double": lambda: double_folding(g.folds, g.folds_across, g.panel, g.gap),
         "roll": lambda: roll_folding(g.turns, g.pitch, g.gap),
     }
-    return folded_bag(
-        Pillow(m.around, m.across or m.around // 2),
-        foldings[g.fold](),
-        plan=g.plan,
-        width=g.width,
-        inlet_elements=m.inlet,
-        crumpled=g.crumple,
-        seed=seed,
-    )
+    return foldings[g.fold]()
+
+
+def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
+    from shells.surfaces.pillow import Pillow
+
+    from ...geometry.crumple import CrumpleError
+    from ...geometry.folded import folded_bag
+
+    try:
+        return folded_bag(
+            Pillow(m.around, m.across or m.around // 2),
+            _folding(g),
+            plan=g.plan,
+            width=g.width,
+            inlet_elements=m.inlet,
+            crumpled=g.crumple,
+            seed=seed,
+        )
+    except CrumpleError as error:
+        message = (
+            f"geometry.crumple: {g.crumple:g} has no effect: {error} (geometry.gap, mesh.around)"
+        )
+        raise SceneError([message]) from error

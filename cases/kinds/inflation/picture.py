@@ -222,9 +222,10 @@ def _draw_pressure(axes: Axes, history: dict[str, np.ndarray], shots: list[BagSh
 def _draw_deformation(axes: Axes, history: dict[str, np.ndarray]) -> None:
     """Taylor's deformation of a capsule against that of small-deformation theory."""
     t, found = history["t"], history["deformation"]
-    theory = found[-1] / (1.0 + history["to_theory"][-1])
     axes.plot(t, found, "o-", color="black", markersize=3, label="coupled run")
-    axes.axhline(theory, color="tab:blue", linestyle="--", label="small-deformation theory")
+    if "to_theory" in history:
+        theory = found[-1] / (1.0 + history["to_theory"][-1])
+        axes.axhline(theory, color="tab:blue", linestyle="--", label="small-deformation theory")
     axes.set(xlabel="t", ylabel="D = (L - B) / (L + B)", title="deformation")
     axes.legend(frameon=False)
     axes.grid(alpha=0.3)

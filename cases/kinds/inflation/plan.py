@@ -14,17 +14,17 @@ import numpy as np
 
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
-from hbem.layers.choice import Compression, choose
+from hbem.layers.choice import STORED_LIMIT, Compression, bytes_of, choose
 from hbem.surfaces.quadrature import QuadratureOrders
 from shells.surfaces.tensor_surface import TensorSurface
 
 from ...geometry.bag import Bag
 from ...machine import memory_bytes
+from ..sizes import NEAR_BYTES, SHARE, Sizes, dense_bytes, response_bytes, shell_bytes
 from .config import InflationScene, PillowGeometry
-from .initial_bag import initial_bag
+from .initial_bag import counts, initial_bag, narrowest
 
 LARGER_LIMIT = 30_000  # unknowns of the space that measures the mesh's share, some ten assemblies
-MEMORY_SHARE = 0.8  # of the machine's memory a compressed operator may take
 
 
 @dataclass(frozen=True)
@@ -46,19 +46,23 @@ class InflationPlan:
         return inlet
 
     @cached_property
+    def _counts(self) -> tuple[int, int]:
+        return counts(self.scene)
+
+    @property
     def unknowns(self) -> int:
         """Traction components on membrane and inlet."""
-        return 3 * sum(part.n_dofs for part in self.bag.parts)
+        return 3 * self._counts[1]
 
-    @cached_property
+    @property
     def elements(self) -> int:
         """Elements of membrane and inlet."""
-        return sum(part.n_elements for part in self.bag.parts)
+        return self._counts[0]
 
     @cached_property
     def budget(self) -> Budget:
         """Tolerances of the boundary integrals from the traction error and the narrowest gap."""
-        return budget(self.scene.fluid.tolerance, self.bag.gap, self.bag.extent)
+        return budget(self.scene.fluid.tolerance, *narrowest(self.scene))
 
     @cached_property
     def orders(self) -> QuadratureOrders:
@@ -86,9 +90,41 @@ class InflationPlan:
             n_dofs=self.unknowns // 3,
             n_outer=self.elements * self.orders.outer**2,
             n_source=self.elements * self.orders.source**2,
-            memory=MEMORY_SHARE * memory_bytes() or None,
+            memory=SHARE * memory_bytes() or None,
             seed=self.scene.output.seed,
         )
+
+    @cached_property
+    def operator_bytes(self) -> float:
+        """Memory of the single layer, near field included; with copy and factors where dense."""
+        how, near = self.compression, NEAR_BYTES * self.unknowns
+        if how is not None:
+            o, n = self.orders, self.unknowns // 3
+            points = self.elements * o.outer**2, self.elements * o.source**2
+            return near + bytes_of(how.method, how.tolerance, n, *points)
+        stored = self.unknowns <= STORED_LIMIT or self.scene.fluid.solver == "lu"
+        return dense_bytes(self.unknowns) if stored else near
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """Counts and memory from the numbers of the scene."""
+        s = self.scene
+        memory = {"shell": shell_bytes(self.elements, s.mesh.degree, self.unknowns)}
+        if self.has_flow:
+            memory["single layer"] = self.operator_bytes
+            memory["fluid response"] = response_bytes(s.coupling, self.unknowns)
+            if s.fluid.viscosity_ratio != 1.0:
+                memory["double layer"] = self._double_layer_bytes
+        pillow = isinstance(s.geometry, PillowGeometry)
+        keys = "lower mesh.around" if pillow else "lower mesh.around or raise mesh.flat_max"
+        lu = s.fluid.solver == "lu" or s.fluid.compression == "dense"
+        other = ", or set fluid.solver and fluid.compression to 'auto'" if lu else ""
+        return Sizes(self.elements, self.unknowns, memory, keys + other)
+
+    @property
+    def _double_layer_bytes(self) -> float:
+        stored = self.unknowns <= STORED_LIMIT or self.scene.fluid.solver == "lu"
+        return dense_bytes(self.unknowns) if stored else NEAR_BYTES * self.unknowns
 
     @cached_property
     def contraction(self) -> float:
@@ -104,7 +140,7 @@ class InflationPlan:
     @property
     def larger_unknowns(self) -> int:
         """Unknowns of the larger density space that measures the mesh's share."""
-        return 3 * self.elements * (self.bag.membrane.density_degree + 1) ** 2
+        return 3 * self.elements * (self.scene.mesh.degree + 1) ** 2
 
     @property
     def measures_mesh(self) -> bool:

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...sections import Choice, Sections, StepOutput, rule
+from ...limits import rule
+from ...sections import Choice, Sections, StepOutput
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,8 @@ class StripGeometry:
     """A flat strip, clamped at the start of its length, loaded at the other end."""
 
     kind: str = rule("strip", choices=("strip",))
-    length: float = rule(10.0, above=0.0)
-    width: float = rule(1.0, above=0.0)
+    length: float = rule(10.0, above=0.0, most=1e20)
+    width: float = rule(1.0, above=0.0, most=1e20)
 
     @property
     def path(self) -> float:
@@ -36,8 +37,8 @@ class AnnulusGeometry:
     """A flat annulus slit along the x axis; one lip of the slit is clamped, the other loaded."""
 
     kind: str = rule("annulus", choices=("annulus",))
-    inner: float = rule(6.0, above=0.0)
-    outer: float = rule(10.0, above=0.0)
+    inner: float = rule(6.0, above=0.0, most=1e20)
+    outer: float = rule(10.0, above=0.0, most=1e20)
 
     @property
     def path(self) -> float:
@@ -66,8 +67,8 @@ class ShellSection:
     ``membrane = "reduced"`` takes the reduced points of the membrane energy that do not lock.
     """
 
-    thickness: float = rule(0.1, above=0.0)
-    young_modulus: float = rule(1.2e6, above=0.0)
+    thickness: float = rule(0.1, above=0.0, most=1e20)
+    young_modulus: float = rule(1.2e6, above=0.0, most=1e20)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
 
@@ -80,7 +81,7 @@ class EndForce:
     """
 
     kind: str = rule("force", choices=("force",))
-    force: tuple[float, float, float] = rule((0.0, 0.0, 4.0))
+    force: tuple[float, float, float] = rule((0.0, 0.0, 4.0), least=-1e20, most=1e20)
     steps: int = rule(20, least=1, most=10000)
 
 
@@ -89,7 +90,7 @@ class EndMoment:
     """A moment per unit of the loaded end that turns with it, positive towards +z."""
 
     kind: str = rule("moment", choices=("moment",))
-    moment: float = rule(0.0)
+    moment: float = rule(10.0, least=-1e20, most=1e20)
     steps: int = rule(20, least=1, most=10000)
 
 
@@ -121,6 +122,8 @@ class LoadPathScene:
         return {"newton.update": NEWTON}
 
 
+THINNEST, SLENDEREST = 1e-7, 1e4
+SMALLEST = 1e-9  # rotation of the loaded end by linear theory
 NEWTON = 1e-9  # largest Newton update over the extent of the shell
 SECTIONS: Sections = {
     "geometry": Choice("geometry.kind", {"strip": StripGeometry, "annulus": AnnulusGeometry}),
@@ -147,9 +150,33 @@ def impossible(scene: LoadPathScene) -> list[str]:
             f"{g.across:g} and the length {g.path:.4g}",
         ),
         (
+            h < THINNEST * max(g.path, abs(g.across)),
+            f"structure.thickness: {h:g} is below {THINNEST:g} of the shell's length {g.path:.4g}: "
+            "rounding hides its bending; raise it",
+        ),
+        (
+            not 1.0 / SLENDEREST <= abs(g.across) / g.path <= SLENDEREST,
+            f"geometry: {g.path:.4g} long and {g.across:.4g} across; lengths must be within "
+            f"{SLENDEREST:g} of each other",
+        ),
+        (
+            isinstance(f, EndForce) and math.hypot(*f.force) > scene.structure.young_modulus * h,
+            f"load.force: {list(getattr(f, 'force', ()))} exceeds young_modulus x thickness = "
+            f"{scene.structure.young_modulus * h:.3g}: strains above 1; lower it",
+        ),
+        (
+            0.0 < _turn(scene) < SMALLEST,
+            f"load: turns the end by about {_turn(scene):.1g}, which rounding hides; raise it",
+        ),
+        (
             isinstance(f, EndForce) and not any(f.force),
             "load.force: is zero and moves nothing; give a force per length, for example "
             "[0.0, 0.0, 1.0]",
+        ),
+        (
+            isinstance(f, EndMoment) and _turn(scene) > g.path / h,
+            f"load.moment: {getattr(f, 'moment', 0.0):g} bends the shell to a radius below its "
+            f"thickness {h:g}; lower it",
         ),
         (
             isinstance(f, EndMoment) and f.moment == 0.0,
@@ -157,3 +184,12 @@ def impossible(scene: LoadPathScene) -> list[str]:
         ),
     ]
     return [message for wrong, message in cases if wrong]
+
+
+def _turn(scene: LoadPathScene) -> float:
+    """Rotation of the loaded end by linear beam theory."""
+    c, f, length = scene.structure, scene.load, scene.geometry.path
+    rigidity = c.young_modulus * c.thickness**3 / 12.0
+    if isinstance(f, EndForce):
+        return 0.5 * math.hypot(*f.force) * length**2 / rigidity
+    return abs(f.moment) * length / rigidity

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
+from ..sizes import Sizes, shell_bytes
 from .config import EndForce, EndMoment, LoadPathScene
 from .published import reference
 
@@ -16,6 +17,14 @@ def unknowns(scene: LoadPathScene) -> int:
     """Displacement components before supports."""
     m = scene.mesh
     return 3 * (m.along + m.degree) * (m.across + m.degree)
+
+
+def sizes(scene: LoadPathScene) -> Sizes:
+    """Counts and memory from the numbers of the mesh."""
+    m = scene.mesh
+    elements, n = m.along * m.across, unknowns(scene)
+    memory = {"shell": shell_bytes(elements, m.degree, n)}
+    return Sizes(elements, n, memory, "lower mesh.along or mesh.across")
 
 
 def forecast(scene: LoadPathScene) -> Forecast:

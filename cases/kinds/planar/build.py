@@ -73,7 +73,7 @@ def scheme(scene: PlanarScene, body: PlanarBag) -> Scheme:
         return StructureOnly()
     stokes = scene.fluid.model == "stokes"
     rho = contraction(scene, body) if stokes else 0.0
-    return named_scheme(scene.coupling, rho, scene.time.dt, linear=stokes, cheap=CHEAP)
+    return named_scheme(scene.coupling, rho, scene.time.dt, cheap=CHEAP)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,15 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ...sections import Choice, Coupling, Output, Sections, Time, rule
+from ...limits import rule
+from ...sections import POSITIVE, WITH_FLUID, Choice, Coupling, Output, Sections, Time
+
+LENGTH = {"least": 1e-4, "most": 1e4}
+STOKES, POTENTIAL = {"fluid.model": ("stokes",)}, {"fluid.model": ("potential",)}
+THINNEST = 1e-5  # gap over extent: beyond it rounding shows in the load
+FLATNESS = 9.5  # width over depth of the folded bag
+PARTITIONED = ("iqn-ils", "aitken", "constant", "gauss-seidel")
+GRADED = {"mesh.uniform": (0,)}
 
 
 @dataclass(frozen=True)
@@ -23,9 +31,9 @@ class _Curve:
     """
 
     kind: str = ""
-    radius: float = rule(1.0 / 3.0, above=0.0)
-    inlet: float = rule(0.0, least=0.0)
-    asymmetry: float = rule(0.0)
+    radius: float = rule(1.0 / 3.0, **LENGTH)
+    inlet: float = rule(0.0, least=0.0, most=1e4)
+    asymmetry: float = rule(0.0, least=-1e3, most=1e3)
 
 
 @dataclass(frozen=True)
@@ -33,7 +41,7 @@ class FlatCurve(_Curve):
     """Two sheets with round ends, ``width`` wide [T fig. 4.2]."""
 
     kind: str = rule("pancake", choices=("pancake",))
-    width: float = rule(20.0, above=0.0)
+    width: float = rule(20.0, **LENGTH)
 
 
 @dataclass(frozen=True)
@@ -51,9 +59,19 @@ class FoldCurve(_Curve):
     """
 
     kind: str = rule("fold", choices=("fold",))
-    fold_radius: float = rule(0.0, least=0.0)
-    panel: float = rule(0.0, least=0.0)
-    chamber: float = rule(0.0, least=0.0)
+    fold_radius: float = rule(0.0, least=0.0, most=1e4)
+    panel: float = rule(0.0, least=0.0, most=1e4)
+    chamber: float = rule(0.0, least=0.0, most=1e4)
+
+    @property
+    def sizes(self) -> tuple[float, float, float, float]:
+        """Half gap, fold radius, panel and half chamber."""
+        r = self.radius
+        rho = self.fold_radius or 5.0 * r
+        panel = self.panel or 10.0 * rho
+        depth = 4.0 * rho + 3.0 * r  # from the inlet's plane to the outer sheet
+        chamber = self.chamber or 0.5 * FLATNESS * depth - rho - r
+        return r, rho, panel, chamber
 
 
 PlanarShape = FlatCurve | ArcCurve | FoldCurve
@@ -67,8 +85,8 @@ class PlanarMesh:
     every element of the membrane, for nested meshes.
     """
 
-    straight: float = rule(0.4, above=0.0)
-    curved: float = rule(0.2, above=0.0)
+    straight: float = rule(0.4, **LENGTH, only=GRADED)
+    curved: float = rule(0.2, **LENGTH, only=GRADED)
     inlet: int = rule(2, least=2, most=64)
     uniform: int = rule(0, least=0, most=4096)
     halvings: int = rule(0, least=0, most=8)
@@ -79,9 +97,9 @@ class PlanarStructure:
     """Membrane: law, stiffness, rigidity, how its ends are held at the inlet."""
 
     law: str = rule("kirchhoff-love", choices=("kirchhoff-love", "string"))
-    stiffness: float = rule(2.0, above=0.0)
-    density: float = rule(1.0, above=0.0)
-    flexural_rigidity: float = rule(1e-4, above=0.0)
+    stiffness: float = rule(2.0, least=1e-6, most=1e6)
+    density: float = rule(1.0, least=1e-9, most=1e9)
+    flexural_rigidity: float = rule(1e-4, least=1e-14, most=100.0)
     ends: str = rule("hinged", choices=("hinged", "clamped"))
 
 
@@ -96,13 +114,13 @@ class PlanarFluid:
     """
 
     model: str = rule("stokes", choices=("stokes", "potential", "pressure"))
-    mass_ratio: float = rule(0.005, above=0.0)
-    viscosity_ratio: float = rule(1.0, least=0.0)
-    log_radius: float = rule(100.0, above=0.0)
-    outer_points: int = rule(6, least=2, most=16)
-    near_points: int = rule(16, least=0, most=40)
-    contact_force: float = rule(0.0, least=0.0)
-    contact_cutoff: float = rule(2.0, above=0.0)
+    mass_ratio: float = rule(0.005, least=1e-12, most=1e12, only=WITH_FLUID)
+    viscosity_ratio: float = rule(1.0, least=0.0, most=1e6, only=STOKES)
+    log_radius: float = rule(100.0, least=1e-3, most=1e12, only=STOKES)
+    outer_points: int = rule(6, least=2, most=16, only=WITH_FLUID)
+    near_points: int = rule(16, least=0, most=40, only=WITH_FLUID)
+    contact_force: float = rule(0.0, least=0.0, most=1e6, only=POTENTIAL)
+    contact_cutoff: float = rule(2.0, **LENGTH, only={"fluid.contact_force": POSITIVE})
 
 
 @dataclass(frozen=True)
@@ -113,10 +131,21 @@ class PlanarInflow:
     circle with the boundary's length, 1.05 in the thesis.
     """
 
-    final_volume: float = rule(0.0, least=0.0)
-    fullness: float = rule(1.05, above=0.0)
-    t1: float = rule(100.0, above=0.0)
-    t2: float = rule(200.0, above=0.0)
+    final_volume: float = rule(0.0, least=0.0, most=1e3)
+    fullness: float = rule(1.05, least=1e-2, most=100.0, only={"inflow.final_volume": (0.0,)})
+    t1: float = rule(100.0, least=1e-6, most=1e9)
+    t2: float = rule(200.0, least=1e-6, most=1e9)
+
+
+@dataclass(frozen=True)
+class PotentialCoupling(Coupling):
+    """As `Coupling`: the load of potential flow is quadratic, so its scheme is partitioned."""
+
+    scheme: str = rule(
+        "iqn-ils",
+        choices=PARTITIONED,
+        why="the load of potential flow is quadratic in the velocity, the others need a linear one",
+    )
 
 
 @dataclass(frozen=True)
@@ -153,7 +182,10 @@ SECTIONS: Sections = {
     "fluid": PlanarFluid,
     "inflow": PlanarInflow,
     "time": Time,
-    "coupling": Coupling,
+    "coupling": Choice(
+        "fluid.model",
+        {"stokes": Coupling, "potential": PotentialCoupling, "pressure": Coupling},
+    ),
     "output": Output,
 }
 
@@ -164,13 +196,17 @@ def impossible(scene: PlanarScene) -> list[str]:
     cases: list[tuple[bool, str]] = [
         *_impossible_shape(g),
         (
-            scene.mesh.inlet % 2 == 1,
-            f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
+            0.0 < g.inlet < 1e-4,
+            f"geometry.inlet: {g.inlet:g} must be 0 (the radius) or at least 0.0001",
         ),
         (
-            f.model == "potential" and "implicit" in scene.coupling.scheme,
-            f"coupling.scheme: {scene.coupling.scheme!r} needs a load linear in the velocity, that "
-            "of potential flow is quadratic; use 'gauss-seidel' or 'aitken'",
+            0.0 < f.viscosity_ratio < 1e-6,
+            f"fluid.viscosity_ratio: {f.viscosity_ratio:g} must be 0 (no exterior) or at least "
+            "1e-6",
+        ),
+        (
+            scene.mesh.inlet % 2 == 1,
+            f"mesh.inlet: {scene.mesh.inlet} must be even: one node at the profile's peak",
         ),
         (
             f.contact_force > 0.0 and f.model != "potential",
@@ -195,10 +231,15 @@ def _impossible_shape(g: PlanarShape) -> list[tuple[bool, str]]:
     if isinstance(g, FlatCurve):
         return [
             (
+                g.radius < THINNEST * g.width,
+                f"geometry.radius: {g.radius:g} is below {THINNEST:g} of width = {g.width:g}: "
+                "rounding hides the flow in such a gap; raise it",
+            ),
+            (
                 g.width <= 4.0 * g.radius + inlet,
                 f"geometry.width: {g.width:g} leaves no lower sheet; it must exceed 4 radius + "
                 f"inlet = {4.0 * g.radius + inlet:g}",
-            )
+            ),
         ]
     if isinstance(g, ArcCurve):
         return [
@@ -207,9 +248,20 @@ def _impossible_shape(g: PlanarShape) -> list[tuple[bool, str]]:
                 f"geometry.inlet: {inlet:g} must be below the diameter {2.0 * g.radius:g}",
             )
         ]
+    r, rho, panel, chamber = g.sizes
     return [
+        (
+            chamber <= 0.5 * inlet + r,
+            f"geometry.chamber: {chamber:g} is no longer than half the inlet and the radius, "
+            f"{0.5 * inlet + r:g}; raise it or lower geometry.inlet",
+        ),
         (
             0.0 < g.fold_radius <= g.radius,
             f"geometry.fold_radius: {g.fold_radius:g} must exceed half the gap, {g.radius:g}",
-        )
+        ),
+        (
+            r < THINNEST * max(panel, rho, chamber),
+            f"geometry.radius: {g.radius:g} is below {THINNEST:g} of the folds: rounding hides the "
+            "flow in such a gap; raise it",
+        ),
     ]

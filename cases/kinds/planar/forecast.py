@@ -8,8 +8,11 @@ from coupling.schemes.contraction import contraction_forecast
 
 from ...output.forecast import Forecast, Item
 from ..schemes import LIMITS
+from ..sizes import Sizes, dense_bytes
 from .config import PlanarScene
-from .geometry import PlanarBag, planar_bag
+from .geometry import PlanarBag, pieces, planar_bag
+
+CURVE = 1e4  # bytes an element: element matrices and banded factors, estimated
 
 
 def final_volume(scene: PlanarScene, body: PlanarBag, start: float) -> float:
@@ -37,6 +40,16 @@ def area(body: PlanarBag) -> float:
     points = np.concatenate([body.coefficients[::2], body.inlet])
     following = np.roll(points, -1, axis=0)
     return 0.5 * float(np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]))
+
+
+def sizes(scene: PlanarScene) -> Sizes:
+    """Counts and memory from the numbers of the mesh."""
+    elements = pieces(scene.geometry).count(scene.mesh)
+    fluid = {"stokes": 4, "potential": 1, "pressure": 0}[scene.fluid.model]
+    unknowns = max(4 * (elements + 1), fluid * (elements + scene.mesh.inlet))
+    memory = {"dense operators": 2.0 * dense_bytes(fluid * (elements + scene.mesh.inlet))}
+    remedy = "raise mesh.straight and mesh.curved, or lower mesh.uniform or mesh.halvings"
+    return Sizes(elements, unknowns, memory | {"curve": CURVE * elements}, remedy)
 
 
 def forecast(scene: PlanarScene) -> Forecast:
@@ -78,6 +91,11 @@ def _warnings(scene: PlanarScene, body: PlanarBag, rho: float) -> list[str]:
         warnings.append(
             f"elements are {ratio:.2g} gaps long: the lubrication load is off by more than 5%; "
             "lower mesh.straight" + ("" if f.near_points else " or set fluid.near_points = 16")
+        )
+    if f.viscosity_ratio > 0.0 and f.log_radius <= body.perimeter / (2.0 * np.pi):
+        warnings.append(
+            f"fluid.log_radius = {f.log_radius:g} may lie inside the bag, whose boundary is "
+            f"{body.perimeter:.3g} long: the outer flow then has no solution; raise it"
         )
     if f.viscosity_ratio == 0.0:
         warnings.append(

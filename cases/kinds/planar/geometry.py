@@ -12,8 +12,6 @@ import numpy as np
 
 from .config import ArcCurve, FlatCurve, FoldCurve, PlanarMesh, PlanarShape
 
-FLATNESS = 9.5  # width over depth of the folded bag
-
 
 @dataclass(frozen=True)
 class CurvePieces:
@@ -47,13 +45,21 @@ class CurvePieces:
         fine = np.linspace(0.0, coarse.size - 1.0, (coarse.size - 1) * 2**mesh.halvings + 1)
         return np.interp(fine, np.arange(coarse.size), coarse)
 
+    def count(self, mesh: PlanarMesh) -> int:
+        """Elements, without making them."""
+        coarse = mesh.uniform or int(self._elements(mesh).sum())
+        return coarse * 2**mesh.halvings
+
+    def _elements(self, mesh: PlanarMesh) -> np.ndarray:
+        """Elements of each piece before they are halved."""
+        largest = np.where(self.curvatures != 0.0, mesh.curved, mesh.straight)
+        return np.maximum(1, np.ceil(self.lengths / largest - 1e-9)).astype(int)
+
     def _coarse(self, mesh: PlanarMesh) -> np.ndarray:
         if mesh.uniform:
             return np.linspace(0.0, self.length, mesh.uniform + 1)
         parts, start = [np.zeros(1)], 0.0
-        for length, curvature in zip(self.lengths, self.curvatures, strict=True):
-            largest = mesh.curved if curvature else mesh.straight
-            n = max(1, int(np.ceil(length / largest - 1e-9)))
+        for length, n in zip(self.lengths, self._elements(mesh), strict=True):
             parts.append(start + length * np.arange(1, n + 1) / n)
             start += length
         return np.concatenate(parts)
@@ -89,18 +95,8 @@ def _circle(g: ArcCurve) -> CurvePieces:
     )
 
 
-def fold_sizes(g: FoldCurve) -> tuple[float, float, float, float]:
-    """Half gap, fold radius, panel and half chamber of a fold."""
-    r = g.radius
-    rho = g.fold_radius or 5.0 * r
-    panel = g.panel or 10.0 * rho
-    depth = 4.0 * rho + 3.0 * r  # from the inlet's plane to the outer sheet
-    chamber = g.chamber or 0.5 * FLATNESS * depth - rho - r
-    return r, rho, panel, chamber
-
-
 def _fold(g: FoldCurve) -> CurvePieces:
-    r, rho, panel, chamber = fold_sizes(g)
+    r, rho, panel, chamber = g.sizes
     inlet = g.inlet or g.radius
     out, back = [], []
     for sign in (1.0, -1.0):  # turn inwards, then outwards again
@@ -173,5 +169,5 @@ def _narrowest(g: PlanarShape) -> tuple[float, float]:
         return 2.0 * g.radius, g.radius
     if isinstance(g, FlatCurve):
         return 2.0 * g.radius, 0.5 * g.width - g.radius
-    r, rho, panel, chamber = fold_sizes(g)
+    r, rho, panel, chamber = g.sizes
     return 2.0 * r, chamber + 2.0 * (panel + np.pi * rho)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.geometry.folded import enclosed, folded_bag
+from cases.geometry.folded import exact_volume, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
 from cases.kinds import simulation
@@ -22,6 +22,7 @@ from cases.kinds.inflation.config import PillowGeometry
 from cases.kinds.inflation.contact import collision
 from cases.kinds.inflation.forecast import volume
 from cases.kinds.inflation.initial_bag import initial_bag
+from cases.sections import SceneError
 from coupling import Result, State
 from shells.surfaces.pillow import Pillow
 
@@ -68,13 +69,25 @@ def test_a_hole_must_stay_away_from_zips_and_corners():
         whole.restrict(np.setdiff1d(every, [1 * 12 + 1, 12 + 2])).held("clamped")
 
 
+def test_a_bag_too_thick_to_crumple_is_refused():
+    keys = ["geometry.gap=0.4", "mesh.around=24", "geometry.crumple=0.02"]
+    with pytest.raises(SceneError, match=r"cannot move; thin or refine the bag \(geometry\.gap"):
+        initial_bag(loader.read("pillow", keys))
+
+
+def test_exact_volume_needs_no_fit():
+    """Of the unit sphere, whose fit on 64 x 32 elements is 4e-10 off."""
+    assert exact_volume(Pillow(24, 12), ()) == pytest.approx(4.0 / 3.0 * np.pi, rel=2e-8)
+
+
 def test_membrane_and_inlet_close(bag):
     """Cut in two, the bag is the surface it was cut from."""
     whole = Pillow(24, 12)
     c = np.empty((288, 3))
     c[bag.inlet.kept] = bag.coefficients[bag.n_membrane :]
     c[bag.membrane.kept] = bag.coefficients[: bag.n_membrane]
-    assert abs(volume(bag) / enclosed(whole, c) - 1.0) < 1e-12
+    closed = replace(bag, membrane=whole, inlet=None, coefficients=c)
+    assert abs(volume(bag) / volume(closed) - 1.0) < 1e-12
     assert bag.membrane.n_elements + bag.inlet.n_elements == 288
 
 

@@ -59,7 +59,7 @@ def test_exact_moment_has_a_largest_load():
     ("change", "message"),
     [
         ("load.force=[0.0,0.0,0.0]", "load.force: is zero and moves nothing"),
-        ("load.kind=moment", "load.moment: is zero and moves nothing"),
+        ('load={kind="moment", moment=0.0}', "load.moment: is zero and moves nothing"),
         ("load.force=[1.0,2.0]", "load.force: must be a list of 3 numbers"),
         ("geometry.outer=5.0", "geometry.outer: 5 must exceed geometry.inner = 6"),
         ("structure.thickness=7.0", "makes this no shell"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skfem import Functional
 
-from shells.energy.densities import NeoHookean, StVenantKirchhoff
+from shells.energy.densities import NeoHookean, Skalak, StVenantKirchhoff
 from shells.energy.hyperelastic import HyperelasticShell
 from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
@@ -145,10 +145,11 @@ def test_hyperelastic_path_equals_the_fused_kernel():
     assert abs(A - B).max() < 1e-10
 
 
-def test_neo_hookean_by_finite_differences_and_at_small_strain():
+@pytest.mark.parametrize(("law", "nu"), [(NeoHookean, 0.5), (Skalak, 0.5), (Skalak, 0.9)])
+def test_hyperelastic_laws_by_finite_differences_and_at_small_strain(law, nu):
     basis, X, theta, d = cone(2)
-    material = Material(0.03, poisson_ratio=0.5)
-    rubber = HyperelasticShell(basis, NeoHookean(material))
+    material = Material(0.03, poisson_ratio=nu)
+    rubber = HyperelasticShell(basis, law(material))
     theta = X + 0.3 * (theta - X)
     gradient, tangent = rubber.gradient_and_tangent(theta)
     slope = central(lambda x: rubber.energy(x)[0], theta, d, 1e-5)
@@ -158,8 +159,13 @@ def test_neo_hookean_by_finite_differences_and_at_small_strain():
     hooke = KirchhoffLove(basis, material)
     at_rest = rubber.gradient_and_tangent(X)[1] - hooke.gradient_and_tangent(X)[1]
     assert abs(at_rest).max() < 1e-12
+
+
+def test_laws_refuse_a_poisson_ratio_that_they_cannot_have():
     with pytest.raises(ValueError, match=r"poisson_ratio = 0.5"):
         NeoHookean(MATERIAL)
+    with pytest.raises(ValueError, match=r"above -0.5"):
+        Skalak(Material(0.03, poisson_ratio=-0.6))
 
 
 def test_wrong_input_is_refused():

@@ -1,0 +1,113 @@
+"""What an inflation cannot be: combinations of single good values, with their remedies."""
+
+from __future__ import annotations
+
+import math
+
+from .config import InflationScene, PancakeGeometry, PancakeMesh, PillowGeometry, PillowMesh
+
+CRUMPLED = 4096  # elements
+THINNEST = 1e-5  # gap over extent: beyond it lubrication amplifies rounding to visible errors
+
+
+def impossible(scene: InflationScene) -> list[str]:
+    """Combinations of single good values that cannot work together."""
+    g, m = scene.geometry, scene.mesh
+    cases = [
+        (
+            tuple(scene.fluid.polar) != (0, 0) and min(scene.fluid.polar) < 2,
+            f"fluid.polar: {list(scene.fluid.polar)} must be at least 2, or [0, 0] for automatic",
+        ),
+        (
+            scene.fluid.compression == "aca" and scene.fluid.outer_points < 3,
+            "fluid.compression: 'aca' needs equal outer and source points; set "
+            "fluid.outer_points = 3, or use 'h2'",
+        ),
+        (
+            scene.fluid.compression in ("aca", "h2") and scene.fluid.solver == "lu",
+            f"fluid.solver: 'lu' needs the dense matrix, fluid.compression = "
+            f"{scene.fluid.compression!r} has none; use 'gmres' or 'auto'",
+        ),
+        (
+            scene.inflow.t2 < scene.inflow.t1,
+            f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
+            f"inflow.t1 = {scene.inflow.t1:g}",
+        ),
+        *scene.time.impossible(),
+    ]
+    if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
+        cases = [*_impossible_pancake(g, m), *cases]
+    if isinstance(g, PillowGeometry) and isinstance(m, PillowMesh):
+        cases = [*cases, *_impossible_folds(g, m)]
+    return [message for wrong, message in cases if wrong]
+
+
+def _impossible_pancake(g: PancakeGeometry, m: PancakeMesh) -> list[tuple[bool, str]]:
+    needed = g.radius + g.neck_radius + g.fillet
+    return [
+        (
+            g.radius < THINNEST * g.half_width,
+            f"geometry.radius: {g.radius:g} is below {THINNEST:g} of half_width = "
+            f"{g.half_width:g}: rounding hides the flow in such a gap; raise it",
+        ),
+        (
+            g.half_width <= needed,
+            f"geometry.half_width: {g.half_width:g} leaves no lower sheet; it must exceed "
+            f"radius + neck_radius + fillet = {needed:g}",
+        ),
+        (
+            m.joints == "double" and m.degree == 2,
+            "mesh.joints: 'double' knots on degree 2 break the tangent; use mesh.degree = 3",
+        ),
+    ]
+
+
+def _impossible_folds(g: PillowGeometry, m: PillowMesh) -> list[tuple[bool, str]]:
+    """Foldings that cannot be: sheets inside out, panels too short, a basis too small."""
+    folded, zigzag = g.fold != "flat", g.fold in ("accordion", "double")
+    closest = g.pitch if g.fold == "roll" else 2.0
+    across = m.across or m.around // 2
+    return [
+        (
+            folded and g.gap >= closest,
+            f"geometry.gap: {g.gap:g} fold radii: neighbouring panels would touch or sheets turn "
+            f"inside out; it must be below {closest:g}",
+        ),
+        (
+            not folded and g.gap >= 1.0,
+            f"geometry.gap: {g.gap:g} of the length is no flat bag; use less than 1",
+        ),
+        (
+            g.crumple > 0.0 and m.around * across > CRUMPLED,
+            f"geometry.crumple: {m.around * across} elements take too long to crumple; lower "
+            f"mesh.around (at most {CRUMPLED} elements)",
+        ),
+        (
+            zigzag and g.panel <= math.pi,
+            f"geometry.panel: {g.panel:g} fold radii leave no room for the folds; it must exceed "
+            "pi fold radii (6 or 10 are usual)",
+        ),
+        (
+            g.fold == "double" and g.panel > math.pi and not _pack_fits(g),
+            f"geometry.folds_across: {g.folds_across} folds of the pack need more width than there "
+            "is; fold less, or raise geometry.panel",
+        ),
+        (
+            m.around % 2 == 1 or across < 6,
+            f"mesh.around: a pillow needs an even number of at least 12 elements around and 6 "
+            f"across, not {m.around} x {across}",
+        ),
+        (
+            m.inlet > across // 3,
+            f"mesh.inlet: {m.inlet} elements are too many for {across} across; use at most "
+            f"{across // 3}",
+        ),
+    ]
+
+
+def _pack_fits(g: PillowGeometry) -> bool:
+    """Whether the second folds of a pack leave straight panels between them."""
+    from ...geometry.folding import pack_radius
+
+    radius = pack_radius(g.folds, g.panel, g.gap)
+    return math.pi * radius * (g.folds_across + 1) < 1.0
