@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..contact.watch import Watch
 from ..exchange import Result, State
 from ..protocols import CollisionTest, Fluid, Structure
 from ..records import AcceptedStep, Iteration, Outcome, Recorder, Rejection, Snapshot
@@ -51,6 +52,8 @@ class Simulation:
         Steps between checkpoints.
     integrator : Integrator
     collision : CollisionTest, optional
+    watch : Watch, optional
+        Says from when on the collision test is due, by the diagnostic ``min_gap``; default always.
     """
 
     structure: Structure
@@ -65,6 +68,7 @@ class Simulation:
     checkpoint_every: int = 10
     integrator: Integrator = field(default_factory=BackwardEuler)
     collision: CollisionTest | None = None
+    watch: Watch | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
         """Advance to the end time.
@@ -110,6 +114,7 @@ class _Loop:
         self.pending = Counts()
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
+        self.target, self.told = self.sim.volume(self.state.t), False
 
     def tell(self, event: str, *args: object) -> None:
         for recorder in self.sim.recorders:
@@ -145,6 +150,7 @@ class _Loop:
     def _advance(self, dt: float) -> None:
         sim = self.sim
         t = self.state.t + dt
+        self.target = sim.volume(t)
 
         def report(iteration: int, residual: float, relaxation: float, converged: bool) -> None:
             self.tell(
@@ -158,7 +164,7 @@ class _Loop:
             sim.fluid,
             base,
             length,
-            sim.volume(t),
+            self.target,
             sim.tolerances.relative,
             sim.tolerances.absolute,
             sim.tolerances.max_iterations,
@@ -201,9 +207,21 @@ class _Loop:
         """Why a configuration cannot be reached from the accepted one."""
         if not np.all(np.isfinite(coefficients)):
             return Result.GEOMETRY
-        if self.sim.collision is None:
+        if self.sim.collision is None or not self._due(coefficients):
             return None
         return self.sim.collision.inspect(self.state.coefficients, coefficients)
+
+    def _due(self, coefficients: np.ndarray) -> bool:
+        """Whether a configuration is tested for self-intersection; tells when that starts."""
+        if self.sim.watch is None:
+            return True
+        way = np.linalg.norm(coefficients - self.state.coefficients, axis=1).max()
+        volume = min(self.sim.volume(self.state.t), self.target)
+        why = self.sim.watch.reason(self.gap, volume, float(way))
+        if why and not self.told:
+            self.told = True
+            self._note(f"self-intersection test: on since step {self.step + 1}, because {why}")
+        return bool(why)
 
     def _stuck(self) -> bool:
         return self.causes[-PATIENCE:] == [Result.INLET_CONTACT] * PATIENCE

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from coupling.contact.watch import UNTIL
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
 from hbem.layers.choice import Compression, choose
@@ -106,11 +107,11 @@ class InflationPlan:
         return self.scene.fluid.model != "pressure"
 
     @property
-    def tested(self) -> bool:
-        """Whether configurations are tested for self-intersection."""
+    def tested(self) -> str:
+        """Whether configurations are tested for self-intersection: "on", "off", or when due."""
         g, test = self.scene.geometry, self.scene.contact.test
         folded = isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
-        return test == "on" or (test == "auto" and folded)
+        return "on" if test == "auto" and folded else test
 
     def skips(self) -> tuple[str, ...]:
         """What this scene does not need and a run therefore leaves out."""
@@ -123,9 +124,9 @@ class InflationPlan:
             if self.compression is None:
                 best = f"dense or direct serves {self.unknowns} unknowns best"
                 skips.append(f"compression: {best}")
-        if not self.tested:
-            test = self.scene.contact.test
-            skips.append(f"test for self-intersection: contact.test = {test!r}, unfolded bag")
+        if self.tested != "on":
+            why = UNTIL if self.tested == "auto" else "contact.test = 'off'"
+            skips.append(f"test for self-intersection: {why}")
         return tuple(skips)
 
 
