@@ -27,7 +27,7 @@ VIEWS = {
     ),
     "exponents": View(
         r"exponent of (?P<what>.+)",
-        {"": "{what}", "exponent": "{exponent:.3f}", "expected": "{expected}"},
+        {"": "{what}", "exponent": "{exponent:.3f}", "theory": "{theory}"},
     ),
     "load": View(
         r"load functional, (?P<n>\d+) elements",
