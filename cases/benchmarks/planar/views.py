@@ -83,6 +83,16 @@ VIEWS = {
             "stretch": "{stretch}",
         },
     ),
+    "contact": View(
+        r"contact, (?P<what>.+)",
+        {
+            "varied": "{what}",
+            "result": "`{result}`",
+            "t": "{t:.5g}",
+            "smallest gap": "{min gap:.2g}",
+            "seconds": "{seconds:.3g}",
+        },
+    ),
     "opening": View(
         r"fold, V/V0 = (?P<v>.+)",
         {
