@@ -19,6 +19,7 @@ from ..exchange import Result, State
 from ..protocols import CollisionTest, Fluid, Structure
 from ..records import AcceptedStep, Iteration, Outcome, Recorder, Rejection, Snapshot
 from ..schemes.scheme import Memory, Scheme, StepProblem, StepResult, Tolerances
+from .contact_guard import ContactGuard
 from .history_row import SUMS, Counts, history_row
 from .integrator import BackwardEuler, Integrator, Past
 from .operator_reuse import OperatorReuse
@@ -114,7 +115,8 @@ class _Loop:
         self.pending = Counts()
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
-        self.target, self.told = self.sim.volume(self.state.t), False
+        self.target = self.sim.volume(self.state.t)
+        self.guard = ContactGuard(sim.collision, sim.watch, self._test_starts)
 
     def tell(self, event: str, *args: object) -> None:
         for recorder in self.sim.recorders:
@@ -205,23 +207,11 @@ class _Loop:
 
     def _inspect(self, coefficients: np.ndarray) -> Result | None:
         """Why a configuration cannot be reached from the accepted one."""
-        if not np.all(np.isfinite(coefficients)):
-            return Result.GEOMETRY
-        if self.sim.collision is None or not self._due(coefficients):
-            return None
-        return self.sim.collision.inspect(self.state.coefficients, coefficients)
-
-    def _due(self, coefficients: np.ndarray) -> bool:
-        """Whether a configuration is tested for self-intersection; tells when that starts."""
-        if self.sim.watch is None:
-            return True
-        way = np.linalg.norm(coefficients - self.state.coefficients, axis=1).max()
         volume = min(self.sim.volume(self.state.t), self.target)
-        why = self.sim.watch.reason(self.gap, volume, float(way))
-        if why and not self.told:
-            self.told = True
-            self._note(f"self-intersection test: on since step {self.step + 1}, because {why}")
-        return bool(why)
+        return self.guard.inspect(self.state.coefficients, coefficients, self.gap, volume)
+
+    def _test_starts(self, why: str) -> None:
+        self._note(f"self-intersection test: on since step {self.step + 1}, because {why}")
 
     def _stuck(self) -> bool:
         return self.causes[-PATIENCE:] == [Result.INLET_CONTACT] * PATIENCE
