@@ -6,12 +6,23 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import block_diag
 
+from coupling.contact.sampled_mesh import SampledMesh, grid_cells
 from coupling.contact.smallest_gap import minimum_gap
 
 from .bag import Bag
 
-GAP_SAMPLES = np.array([1.0 / 6.0, 0.5, 5.0 / 6.0])
+GAP_CELLS = 2  # per element side, two triangles each
+
+
+def triangulated(body: Bag, cells: int) -> SampledMesh:
+    """Triangles of a bag, ``cells`` an element side; samples of neighbours are made one."""
+    x = np.linspace(0.0, 1.0, cells + 1)
+    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    sampling = block_diag([part.sample(xi, eta) for part in body.parts], format="csr")
+    elements = sum(part.n_elements for part in body.parts)
+    return SampledMesh.of(sampling, grid_cells(elements, cells + 1), body.coefficients)
 
 
 @dataclass(frozen=True)
@@ -21,12 +32,8 @@ class BagSampler:
     body: Bag
 
     @cached_property
-    def _gap_maps(self) -> list:
-        xi, eta = (g.ravel() for g in np.meshgrid(GAP_SAMPLES, GAP_SAMPLES, indexing="ij"))
-        return [
-            (part.sample(xi, eta), part.sample(xi, eta, 0), part.sample(xi, eta, 1))
-            for part in self.body.parts
-        ]
+    def _triangles(self) -> SampledMesh:
+        return triangulated(self.body, GAP_CELLS)
 
     def split(self, field: np.ndarray) -> list[np.ndarray]:
         """Rows of each part of an array ``(n_full, 3)``."""
@@ -34,12 +41,8 @@ class BagSampler:
 
     def gap(self, coefficients: np.ndarray) -> float:
         """Smallest gap between facing parts of the bag."""
-        points, normals = [], []
-        for (x, s, t), c in zip(self._gap_maps, self.split(coefficients), strict=True):
-            points.append(x @ c)
-            normal = np.cross(s @ c, t @ c)
-            normals.append(normal / np.linalg.norm(normal, axis=1, keepdims=True))
-        return minimum_gap(np.concatenate(points), np.concatenate(normals), self.body.gap)
+        mesh = self._triangles
+        return minimum_gap(mesh.sample @ coefficients, mesh.triangles, self.body.gap)
 
     def surface_grid(
         self,

@@ -2,7 +2,7 @@
 
 A new kind is a folder with its ``KIND`` and the folder's name in `FOLDERS`. ``simulated.py``
 assembles what kinds with time have in common, ``schemes.py`` and ``inflow.py`` turn sections into
-coupling schemes and prescribed volumes.
+coupling schemes and prescribed volumes, ``collision.py`` a bag into its test of contact.
 """
 
 from __future__ import annotations

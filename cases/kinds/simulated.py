@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling import CollisionTest, Fluid, Recorder, Simulation, State, Structure, Tolerances
+from coupling.contact.watch import Watch
 from coupling.schemes.contraction import measure_contraction
 from coupling.schemes.scheme import Scheme
 from coupling.stepping.integrator import BDF2, BackwardEuler
@@ -41,7 +42,9 @@ class Simulated:
     skips : tuple of str
         What this scene does not need and a run leaves out.
     collision : CollisionTest, optional
-        Test of every configuration.
+        Test of configurations for self-intersection.
+    watch : Watch, optional
+        From when on they are tested; default always.
     accuracy : Accuracy, optional
         Budget of the boundary integrals, reviewed at the end of a run.
     """
@@ -56,6 +59,7 @@ class Simulated:
     diagnostics: Callable[[State], Mapping[str, float]]
     skips: tuple[str, ...]
     collision: CollisionTest | None = None
+    watch: Watch | None = None
     accuracy: Accuracy | None = None
 
     def simulation(self, recorders: Sequence[Recorder] = ()) -> Simulation:
@@ -76,6 +80,7 @@ class Simulated:
             checkpoint_every=self.scene.output.checkpoint_every,
             integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
             collision=self.collision,
+            watch=self.watch,
         )
 
     def measured_contraction(self, state: State | None = None) -> float:

@@ -30,6 +30,7 @@ class Progress(Silent):
     def __init__(self, console: Console, end: float, volume: float | None = None):
         self.console, self.end, self.volume = console, end, volume
         self._live: LiveBar | None = None
+        self._told: set[str] = set()
         self._clock = time.perf_counter()
 
     def on_start(self, step: AcceptedStep) -> None:
@@ -55,6 +56,13 @@ class Progress(Silent):
     def on_rejected(self, rejection: Rejection) -> None:
         r = rejection
         self._line(f"step {r.step:4d}  dt = {r.dt:g} rejected ({r.cause.name}); dt is halved")
+
+    def on_note(self, step: int, text: str) -> None:
+        """The first note of its kind; run.json counts them all."""
+        kind = text.split(":")[0].split(" = ")[0]
+        if kind not in self._told:
+            self._told.add(kind)
+            self._line(f"step {step:4d}  {text}")
 
     def close(self, outcome: Outcome) -> None:
         self.stop()

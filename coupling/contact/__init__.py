@@ -1,6 +1,5 @@
 """Where sheets come close or meet.
 
-`smallest_gap` measures the gap of facing sheets from samples. `self_intersection` certifies that a
-motion meets no contact: it takes the mesh of `sampled_mesh` and the distances of
-`triangle_distance`, or the continuous collision detection of ipctk.
+`smallest_gap` measures the gap of facing sheets from samples, `watch` tells from it when a test is
+due. `self_intersection` finds whether a motion of the triangles of `sampled_mesh` meets a contact.
 """

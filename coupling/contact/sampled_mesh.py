@@ -1,7 +1,6 @@
 """Triangles on sample points of a smooth surface, and what `ipctk` finds out about them.
 
-Samples that coincide at rest are one vertex, so that neighbouring elements share vertices. A mesh
-whose triangles keep a distance certifies the smooth sheets (see `self_intersection`).
+Samples that coincide at rest are one vertex, so that neighbouring elements share vertices.
 """
 
 from __future__ import annotations
@@ -64,51 +63,55 @@ class SampledMesh:
         proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
         return cls(sample, triangles[proper], np.tile(np.arange(len(cells)), 2)[proper])
 
+    def part(self, chosen: np.ndarray) -> SampledMesh:
+        """Some of the triangles ``(m,)`` bool, and their vertices (others would collide, too)."""
+        used, vertices = np.unique(self.triangles[chosen], return_inverse=True)
+        return SampledMesh(self.sample[used], vertices.reshape(-1, 3), self.cells[chosen])
+
+    def corners(self, coefficients: np.ndarray) -> np.ndarray:
+        """Corners of the triangles ``(m, 3, 3)`` in a configuration."""
+        return (self.sample @ coefficients)[self.triangles]
+
     def shortest_edge(self, coefficients: np.ndarray) -> float:
         """Length of the shortest edge of a triangle."""
-        corners = (self.sample @ coefficients)[self.triangles]
+        corners = self.corners(coefficients)
         return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
 
     def intersects(self, coefficients: np.ndarray) -> bool:
-        """Whether triangles of this configuration cross each other; needs `ipctk`."""
+        """Whether triangles of this configuration cross each other."""
         import ipctk
 
         points = np.asfortranarray(self.sample @ coefficients)
-        return bool(ipctk.has_intersections(_collision_mesh(self.triangles, points), points))
+        return bool(ipctk.has_intersections(self._collision_mesh(points), points))
+
+    def reaches(self, start: np.ndarray, end: np.ndarray) -> bool:
+        """Whether the end is free of contact, and so is the straight way there."""
+        return not self.intersects(end) and self.free_step(start, end) >= 1.0
 
     def free_step(self, start: np.ndarray, end: np.ndarray, distance: float = 0.0) -> float:
-        """`free_fraction` of the way between two configurations ``(n_coefficients, 3)``."""
-        points = self.sample @ start, self.sample @ end
-        return free_fraction(self.triangles, *points, distance)
+        """Fraction of the straight way between two configurations that is free of contact.
 
+        Parameters
+        ----------
+        start, end : (n_coefficients, 3) array
+            The first of them without contact.
+        distance : float
+            Closest that triangles may come to each other.
+        """
+        import ipctk
 
-def free_fraction(
-    triangles: np.ndarray, start: np.ndarray, end: np.ndarray, distance: float
-) -> float:
-    """Fraction of a straight motion of vertices without contact, by ipctk's additive CCD.
-
-    Parameters
-    ----------
-    triangles : (m, 3) int array
-    start, end : (n, 3) array
-    distance : float
-        Closest that triangles may come to each other.
-    """
-    import ipctk
-
-    a, b = np.asfortranarray(start), np.asfortranarray(end)
-    return float(
-        ipctk.compute_collision_free_stepsize(
-            _collision_mesh(triangles, a), a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+        a, b = (np.asfortranarray(self.sample @ c) for c in (start, end))
+        return float(
+            ipctk.compute_collision_free_stepsize(
+                self._collision_mesh(a), a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+            )
         )
-    )
 
+    def _collision_mesh(self, points: np.ndarray) -> ipctk.CollisionMesh:
+        import ipctk
 
-def _collision_mesh(triangles: np.ndarray, rest: np.ndarray) -> ipctk.CollisionMesh:
-    import ipctk
-
-    faces = np.asfortranarray(triangles.astype(np.int32))
-    return ipctk.CollisionMesh(rest, np.asfortranarray(ipctk.edges(faces)), faces)
+        faces = np.asfortranarray(self.triangles.astype(np.int32))
+        return ipctk.CollisionMesh(points, np.asfortranarray(ipctk.edges(faces)), faces)
 
 
 def halve_quadrilaterals(cells: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -1,36 +1,24 @@
-"""Certified freedom from self-intersection along a straight motion of a sampled surface.
+"""Self-intersection of a sampled surface on the straight way between two configurations.
 
-A chord of length h turning by the angle phi leaves its arc by h phi / 8; two triangles further
-apart than the sum of theirs certify the smooth sheets. From a free configuration the motion is
-advanced by ``min (d - margin) / w`` over the near pairs, d their distance and w their largest
-relative speed: no pair can touch meanwhile (conservative advancement). With `ipctk` its additive
-continuous collision detection does the same faster.
+Continuous collision detection (ipctk) follows the triangles from a free configuration to the next,
+so that sheets which pass each other within the motion are seen too. A chord of length h that turns
+by phi leaves its arc by h phi / 8: where facing triangles come closer than the sum of theirs, the
+smooth sheets may cross already, and finer triangles decide.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, spmatrix
-from scipy.spatial import cKDTree
+from scipy.sparse import csr_matrix
 
 from ..exchange import Result
-from .sampled_mesh import free_fraction
+from .sampled_mesh import SampledMesh
+from .smallest_gap import facing_pairs, unit_normals
 from .triangle_distance import triangle_distances
-
-ADVANCES = 40
-LEAST = 0.02  # a smaller advance counts as contact
-
-
-@dataclass(frozen=True)
-class Motion:
-    """How far a motion is certified: 1 is the whole way, else the blocking pair of triangles."""
-
-    fraction: float
-    pair: tuple[int, int] = (-1, -1)
-    gap: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -39,25 +27,24 @@ class Collision:
 
     Parameters
     ----------
-    sample : (n_samples, n_full) sparse matrix
-        Coefficients to sample points.
-    triangles : (m, 3) int array
-        Samples that make a triangle; neighbours share samples.
+    mesh : SampledMesh
     inlet : (m,) bool array
         Triangles of the inlet, where touching is another `Result`.
-    engine : str
-        "bound" for conservative advancement, "ipctk" for its CCD.
-    margin_factor : float
-        Scales the chords' margins.
+    element : (m,) int array
+        Element of each triangle.
+    scale : float
+        Expected gap of facing sheets.
+    finer : callable, optional
+        Makes the test on finer triangles of the same elements.
     counts : dict
         Tests and how many of them found a contact.
     """
 
-    sample: spmatrix
-    triangles: np.ndarray
+    mesh: SampledMesh
     inlet: np.ndarray
-    engine: str = "bound"
-    margin_factor: float = 1.0
+    element: np.ndarray
+    scale: float
+    finer: Callable[[], Collision] | None = None
     counts: dict[str, int] = field(default_factory=lambda: {"tests": 0, "blocked": 0}, repr=False)
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
@@ -72,151 +59,97 @@ class Collision:
         Result or None
             None if it can be reached.
         """
-        start, end = self.sample @ before, self.sample @ after
         self.counts["tests"] += 1
-        if self._folded(end):
-            return Result.GEOMETRY
-        motion = self.motion(start, end)
-        if motion.fraction >= 1.0:
+        found = self._swept(before, after) or self._apart(after, np.unique(self.element))
+        self.counts["blocked"] += found is not None
+        return found
+
+    def _swept(self, before: np.ndarray, after: np.ndarray) -> Result | None:
+        """What triangles meet on the way."""
+        if self.mesh.reaches(before, after):
             return None
-        self.counts["blocked"] += 1
-        i, j = motion.pair
-        return Result.INLET_CONTACT if self.inlet[i] != self.inlet[j] else Result.SELF_INTERSECTION
+        alone = self._membrane.reaches(before, after)
+        return Result.INLET_CONTACT if alone else Result.SELF_INTERSECTION
 
-    def motion(self, start: np.ndarray, end: np.ndarray) -> Motion:
-        """Certify how far samples may move straight on.
+    def _apart(self, coefficients: np.ndarray, elements: np.ndarray) -> Result | None:
+        """What keeps the smooth sheets of some elements from being certainly apart."""
+        points = self.mesh.sample @ coefficients
+        chosen = np.isin(self.element, elements)
+        corners = points[self.mesh.triangles]
+        turn = self._turns(corners)
+        folded = np.stack(self._edges, axis=1)[turn >= 0.5 * np.pi]
+        folded = folded[chosen[folded].any(axis=1)]
+        close = self._closer_than_chords(points, corners, turn, np.flatnonzero(chosen))
+        doubtful = np.concatenate([folded, close])
+        if not len(doubtful):
+            return None
+        if self.finer is not None:
+            return self._finer._apart(coefficients, np.unique(self.element[doubtful]))
+        if len(folded):
+            return Result.GEOMETRY
+        same = self.inlet[close[:, 0]] == self.inlet[close[:, 1]]
+        return Result.SELF_INTERSECTION if same.any() else Result.INLET_CONTACT
 
-        Parameters
-        ----------
-        start, end : (n_samples, 3) array
-
-        Returns
-        -------
-        Motion
-        """
-        if self.engine == "ipctk" and self._ccd(start, end) >= 1.0:
-            return Motion(1.0)
-        velocity, done, last = end - start, 0.0, Motion(0.0)
-        for _ in range(ADVANCES):
-            last = self._advance(start + done * velocity, velocity, 1.0 - done)
-            done += last.fraction
-            if done >= 1.0 - 1e-12:
-                return Motion(1.0)
-            if last.fraction < LEAST * (1.0 - done) and last.pair[0] >= 0:
-                break
-        return Motion(min(done, 1.0 - 1e-12), last.pair, last.gap)
-
-    def _advance(self, x: np.ndarray, velocity: np.ndarray, rest: float) -> Motion:
-        """Certified fraction from ``x``, at most ``rest``."""
-        margin = self._margins(x)
-        widest = float(np.linalg.norm(velocity, axis=1).max())
-        size = self._longest_edges(x)
-        reach = min(2.0 * widest * rest, 4.0 * float(np.median(size))) + 2.0 * float(margin.max())
-        pairs = self._candidates(x, reach, velocity, rest)
-        free = rest if widest == 0.0 else min(rest, (reach - 2.0 * margin.max()) / (2.0 * widest))
-        if not len(pairs):
-            return Motion(free)
-        distance = self._distances(x, pairs)
-        corners = velocity[self.triangles]
-        a, b = corners[pairs[:, 0]], corners[pairs[:, 1]]
-        speed = np.linalg.norm(a[:, :, None] - b[:, None, :], axis=-1).max(axis=(1, 2))
-        needed = np.where(self._related(pairs), 0.0, margin[pairs].sum(axis=1))
-        allowed = np.maximum(distance - needed, 0.0) / np.maximum(speed, 1e-300)
-        worst = int(np.argmin(allowed))
-        if allowed[worst] >= free:
-            return Motion(free)
-        return Motion(0.9 * float(allowed[worst]), tuple(pairs[worst]), float(distance[worst]))
-
-    def _candidates(
-        self, x: np.ndarray, reach: float, velocity: np.ndarray, rest: float
+    def _closer_than_chords(
+        self, points: np.ndarray, corners: np.ndarray, turn: np.ndarray, chosen: np.ndarray
     ) -> np.ndarray:
-        """Pairs ``(k, 2)`` that bounding spheres do not clear, without those sharing a sample."""
-        corners = x[self.triangles]
+        """Facing pairs ``(k, 2)`` of chosen triangles between which smooth sheets may cross."""
+        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+        left, right = self._edges
+        angle = np.zeros(len(corners))
+        np.maximum.at(angle, left, turn)
+        np.maximum.at(angle, right, turn)
+        margin = size * angle / 8.0
+        pairs = chosen[facing_pairs(points, self.mesh.triangles[chosen], self.scale)]
         centre = corners.mean(axis=1)
-        radius = np.linalg.norm(corners - centre[:, None], axis=-1).max(axis=1)
-        pairs = cKDTree(centre).query_pairs(reach + 2.0 * radius.max(), output_type="ndarray")
-        if not len(pairs):
-            return pairs
-        i, j = pairs.T
-        space = np.linalg.norm(centre[i] - centre[j], axis=1) - radius[i] - radius[j]
-        keep = space < reach
-        moving = velocity[self.triangles]
-        mean = moving.mean(axis=1)
-        spread = np.linalg.norm(moving - mean[:, None], axis=-1).max(axis=1)
-        speed = np.linalg.norm(mean[i] - mean[j], axis=1) + spread[i] + spread[j]
-        margin = self._margins(x)
-        keep &= space - margin[i] - margin[j] <= speed * rest
-        pairs = pairs[keep]
-        normal = self._normals(x)
-        alike = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]]) > 0.0
-        # a ring whose normals stay in one half space is a graph and cannot meet itself
-        pairs = pairs[~(alike & self._related(pairs))]
-        a, b = self.triangles[pairs[:, 0]], self.triangles[pairs[:, 1]]
-        return pairs[~(a[:, :, None] == b[:, None, :]).any(axis=(1, 2))]
-
-    def _distances(self, x: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-        corners = x[self.triangles]
-        return triangle_distances(corners[pairs[:, 0]], corners[pairs[:, 1]])
+        apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
+        pairs = pairs[apart <= (size + margin)[pairs].sum(axis=1)]
+        pairs = pairs[~self._related(pairs)]
+        distance = triangle_distances(corners[pairs[:, 0]], corners[pairs[:, 1]])
+        return pairs[distance <= margin[pairs].sum(axis=1)]
 
     @cached_property
-    def _edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Edges that two triangles share: their samples (k, 2) and the two triangles."""
-        t = self.triangles
+    def _finer(self) -> Collision:
+        assert self.finer is not None  # asked only where there is one
+        return self.finer()
+
+    @cached_property
+    def _membrane(self) -> SampledMesh:
+        """The mesh without the inlet: what is free there meets the inlet."""
+        return self.mesh.part(~self.inlet)
+
+    @cached_property
+    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles on both sides of each inner edge; the inlet's rim is a hinge, no sheet."""
+        t = self.mesh.triangles
         ends = np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1)
         owner = np.tile(np.arange(len(t)), 3)
         order = np.lexsort(ends.T)
         ends, owner = ends[order], owner[order]
         twin = np.flatnonzero((ends[1:] == ends[:-1]).all(axis=1))
-        return ends[twin], owner[twin], owner[twin + 1]
+        left, right = owner[twin], owner[twin + 1]
+        sheet = self.inlet[left] == self.inlet[right]
+        return left[sheet], right[sheet]
+
+    def _turns(self, corners: np.ndarray) -> np.ndarray:
+        """Angle between the normals on both sides of each inner edge."""
+        left, right = self._edges
+        normal = unit_normals(corners)
+        cosine = np.einsum("ij,ij->i", normal[left], normal[right])
+        return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
     @cached_property
     def _neighbours(self) -> np.ndarray:
-        """Pairs of triangles whose rings of samples overlap, as sorted keys ``i m + j``, i < j."""
-        m, n = len(self.triangles), self.sample.shape[0]
-        rows = np.repeat(np.arange(m), 3)
-        touch = csr_matrix((np.ones(3 * m), (rows, self.triangles.ravel())), shape=(m, n))
+        """Pairs of triangles whose rings of samples overlap, as sorted keys ``i m + j``."""
+        t = self.mesh.triangles
+        m, rows = len(t), np.repeat(np.arange(len(t)), 3)
+        touch = csr_matrix((np.ones(3 * m), (rows, t.ravel())))
         ring = (touch @ touch.T).tocsr()
         i, j = (ring @ ring).nonzero()
-        return np.sort(i[i < j].astype(np.int64) * m + j[i < j])
+        return np.sort(i.astype(np.int64) * m + j)
 
     def _related(self, pairs: np.ndarray) -> np.ndarray:
-        """Whether pairs lie in each other's second ring, where the sheet is a graph."""
-        if not len(pairs):
-            return np.zeros(0, dtype=bool)
-        m = len(self.triangles)
-        key = np.minimum(*pairs.T) * m + np.maximum(*pairs.T)
+        """Whether pairs lie in each other's second ring, where a seam brings sheets together."""
+        key = pairs[:, 0].astype(np.int64) * len(self.mesh.triangles) + pairs[:, 1]
         place = np.searchsorted(self._neighbours, key)
-        return self._neighbours[np.minimum(place, len(self._neighbours) - 1)] == key
-
-    def _normals(self, x: np.ndarray) -> np.ndarray:
-        a, b, c = np.moveaxis(x[self.triangles], 1, 0)
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return normal / np.where(length > 0.0, length, 1.0)
-
-    def _longest_edges(self, x: np.ndarray) -> np.ndarray:
-        corners = x[self.triangles]
-        return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
-
-    def _folded(self, x: np.ndarray) -> bool:
-        """Whether neighbouring triangles turn by more than a right angle."""
-        _, left, right = self._edges
-        normal = self._normals(x)
-        return bool((np.einsum("ij,ij->i", normal[left], normal[right]) <= 0.0).any())
-
-    def _margins(self, x: np.ndarray) -> np.ndarray:
-        """Largest distance of the smooth sheet from each triangle, ``h phi / 8``."""
-        _, left, right = self._edges
-        normal, size = self._normals(x), self._longest_edges(x)
-        cosine = np.clip(np.einsum("ij,ij->i", normal[left], normal[right]), -1.0, 1.0)
-        angle = np.zeros(len(self.triangles))
-        np.maximum.at(angle, left, np.arccos(cosine))
-        np.maximum.at(angle, right, np.arccos(cosine))
-        return self.margin_factor * size * angle / 8.0
-
-    def _ccd(self, start: np.ndarray, end: np.ndarray) -> float:
-        """Collision-free fraction from ipctk; distance kept: the largest margin, capped."""
-        i, j = self._edges[0].T
-        shortest = float(np.linalg.norm(start[i] - start[j], axis=1).min())
-        least = min(2.0 * float(self._margins(start).max()), 0.2 * shortest)
-        return free_fraction(self.triangles, start, end, least)
+        return np.asarray(self._neighbours[np.minimum(place, len(self._neighbours) - 1)] == key)

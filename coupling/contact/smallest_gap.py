@@ -1,8 +1,8 @@
-"""Smallest gap between facing parts of a surface, from samples.
+"""Smallest gap between facing parts of a surface, from its triangles.
 
-Nearest neighbours are sought among points with opposing normals: a KD-tree in six dimensions on
-``(x, s n)`` queried at ``(x, -s n)``. The gap is measured along the mean normal, so that samples
-need not lie exactly opposite each other.
+Nearest neighbours are sought among triangles with opposing normals: a KD-tree in six dimensions
+on ``(x, s n)`` queried at ``(x, -s n)``. Their distance is that of the triangles themselves:
+samples need not lie opposite each other, and sheets may be tilted against each other.
 """
 
 from __future__ import annotations
@@ -10,42 +10,71 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .triangle_distance import triangle_distances
+
 NEIGHBOURS = 6
 FACING = -0.9  # cosine between facing normals: walls of a fold tip do not count
 
 
-def minimum_gap(points: np.ndarray, normals: np.ndarray, scale: float) -> float:
+def facing_pairs(points: np.ndarray, triangles: np.ndarray, scale: float) -> np.ndarray:
+    """Pairs of triangles that face each other and are among each other's nearest.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+    triangles : (m, 3) int array
+        All turning the same way round the outward normal.
+    scale : float
+        Expected gap; weighs the opposition of normals against distance.
+
+    Returns
+    -------
+    (k, 2) int array
+        Without pairs that share a vertex.
+    """
+    corners = points[triangles]
+    centre, normal = corners.mean(axis=1), unit_normals(corners)
+    weight = 2.0 * scale
+    tree = cKDTree(np.hstack([centre, weight * normal]))
+    k = min(NEIGHBOURS, len(triangles))
+    _, index = tree.query(np.hstack([centre, -weight * normal]), k=k)
+    i, j = np.repeat(np.arange(len(triangles)), k), index.ravel()
+    facing = np.einsum("ij,ij->i", normal[i], normal[j]) < FACING
+    i, j = i[facing], j[facing]
+    apart = ~(triangles[i][:, :, None] == triangles[j][:, None, :]).any(axis=(1, 2))
+    return np.stack([i[apart], j[apart]], axis=1)
+
+
+def minimum_gap(points: np.ndarray, triangles: np.ndarray, scale: float) -> float:
     """Find the smallest distance between facing sheets.
 
     Parameters
     ----------
-    points, normals : (n, 3) array
-        Samples and unit outward normals.
+    points : (n, 3) array
+    triangles : (m, 3) int array
+        All turning the same way round the outward normal.
     scale : float
         Expected gap; weighs the opposition of normals against distance.
 
     Returns
     -------
     float
-        Infinity if no two samples face each other.
+        Infinity if no two triangles face each other.
     """
-    weight = 2.0 * scale
-    tree = cKDTree(np.hstack([points, weight * normals]))
-    k = min(NEIGHBOURS, points.shape[0])
-    _, index = tree.query(np.hstack([points, -weight * normals]), k=k)
-    index = index.reshape(points.shape[0], -1)
-    facing = np.einsum("ic,ijc->ij", normals, normals[index]) < FACING
-    offset = points[index] - points[:, None]
-    mean = normals[:, None] - normals[index]
-    length = np.linalg.norm(mean, axis=-1)
-    length = np.where(length > 0.0, length, 1.0)
-    gap = np.abs(np.einsum("ijc,ijc->ij", offset, mean)) / length
-    lateral = np.sqrt(np.maximum(np.einsum("ijc,ijc->ij", offset, offset) - gap**2, 0.0))
-    valid = facing & (lateral <= np.maximum(gap, _spacing(points)))
-    return float(gap[valid].min()) if valid.any() else float("inf")
+    i, j = facing_pairs(points, triangles, scale).T
+    if not i.size:
+        return float("inf")
+    corners = points[triangles]
+    centre = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - centre[:, None], axis=-1).max(axis=1)
+    distance = np.linalg.norm(centre[i] - centre[j], axis=1)
+    # closer than the closest centres: only these pairs can have the smallest distance
+    close = distance - radius[i] - radius[j] <= distance.min()
+    return float(triangle_distances(corners[i[close]], corners[j[close]]).min())
 
 
-def _spacing(points: np.ndarray) -> float:
-    """Largest distance from a sample to its nearest neighbour."""
-    distance, _ = cKDTree(points).query(points, k=2)
-    return float(distance[:, 1].max())
+def unit_normals(corners: np.ndarray) -> np.ndarray:
+    """Unit normals ``(m, 3)`` of triangles with corners ``(m, 3, 3)``; 0 where one has no area."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(length > 0.0, length, 1.0)

@@ -15,18 +15,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..contact.watch import Watch
 from ..exchange import Result, State
 from ..protocols import CollisionTest, Fluid, Structure
 from ..records import AcceptedStep, Iteration, Outcome, Recorder, Rejection, Snapshot
 from ..schemes.scheme import Memory, Scheme, StepProblem, StepResult, Tolerances
+from .contact_guard import ContactGuard
 from .history_row import SUMS, Counts, history_row
 from .integrator import BackwardEuler, Integrator, Past
 from .operator_reuse import OperatorReuse
 from .step_control import CONTACTS, StepControl
 
 logger = logging.getLogger(__name__)
-
-PATIENCE = 3  # rejections in a row at the inlet, which no smaller step cures
+STUCK = [Result.INLET_CONTACT] * 3  # rejections in a row at the inlet: no smaller step cures them
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class Simulation:
         Steps between checkpoints.
     integrator : Integrator
     collision : CollisionTest, optional
+    watch : Watch, optional
+        Says from when on the collision test is due, by the diagnostic ``min_gap``; default always.
     """
 
     structure: Structure
@@ -66,6 +69,7 @@ class Simulation:
     checkpoint_every: int = 10
     integrator: Integrator = field(default_factory=BackwardEuler)
     collision: CollisionTest | None = None
+    watch: Watch | None = None
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
         """Advance to the end time.
@@ -121,6 +125,8 @@ class _Loop:
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
         self.safe = self.start  # the last step that recorders have heard of as a whole
+        self.target = self.sim.volume(self.state.t)
+        self.guard = ContactGuard(sim.collision, sim.watch, self._note)
 
     def tell(self, event: str, *args: object) -> None:
         for recorder in self.sim.recorders:
@@ -149,7 +155,7 @@ class _Loop:
             if steps is not None and self.step >= last:
                 result = Result.STOPPED
                 break
-            if self.dt < control.smallest or self._stuck():
+            if self.dt < control.smallest or self.causes[-len(STUCK) :] == STUCK:
                 contact = self.causes and self.causes[-1] in CONTACTS
                 result = self.causes[-1] if contact else Result.STEP_FLOOR
                 break
@@ -163,6 +169,7 @@ class _Loop:
     def _advance(self, dt: float) -> None:
         sim = self.sim
         t = self.state.t + dt
+        self.target = sim.volume(t)
 
         def report(iteration: int, residual: float, relaxation: float, converged: bool) -> None:
             self.tell(
@@ -176,7 +183,7 @@ class _Loop:
             sim.fluid,
             base,
             length,
-            sim.volume(t),
+            self.target,
             sim.tolerances.relative,
             sim.tolerances.absolute,
             sim.tolerances.max_iterations,
@@ -185,9 +192,7 @@ class _Loop:
             self._inspect,
         )
         result = self._attempt(problem)
-        cause, error = result.failure, 0.0
-        if cause is None:
-            cause = self._inspect(result.state.coefficients)
+        cause, error = result.failure or self._inspect(result.state.coefficients), 0.0
         if cause is None and sim.control.error > 0.0:
             estimate = sim.integrator.error(self.state, result.state, self.past, dt)
             error = sim.structure.measure(estimate)
@@ -217,14 +222,9 @@ class _Loop:
 
     def _inspect(self, coefficients: np.ndarray) -> Result | None:
         """Why a configuration cannot be reached from the accepted one."""
-        if not np.all(np.isfinite(coefficients)):
-            return Result.GEOMETRY
-        if self.sim.collision is None:
-            return None
-        return self.sim.collision.inspect(self.state.coefficients, coefficients)
-
-    def _stuck(self) -> bool:
-        return self.causes[-PATIENCE:] == [Result.INLET_CONTACT] * PATIENCE
+        volume = min(self.sim.volume(self.state.t), self.target)
+        before = self.state.coefficients
+        return self.guard.inspect(self.step + 1, before, coefficients, self.gap, volume)
 
     def _note(self, text: str) -> None:
         logger.info("step %d: %s", self.step + 1, text)
@@ -247,13 +247,11 @@ class _Loop:
         self.step += 1
         self.counts.accepted += 1
         self.causes.clear()
-        rate = {}
-        if base is not before:
-            rate = {"acceleration": (self.state.velocity - base.velocity) / length}
+        moved = (self.state.velocity - base.velocity) / length
+        rate = {} if base is before else {"acceleration": moved}
         budget = self.sim.structure.budget(before, self.state, result.load, **rate)
-        self.sums["pressure_work"] += budget["pressure_work"]
-        self.sums["fluid_work"] += budget["load_work"]
-        self.sums["dissipation"] += budget["dissipation"]
+        for name, part in zip(SUMS, ("pressure_work", "load_work", "dissipation"), strict=True):
+            self.sums[name] += budget[part]
         growth = self.sim.volume(self.state.t) - self.sim.volume(before.t)
         row = self._row(result, dt, growth)
         self._next_step(result, dt, row, error)
@@ -261,7 +259,7 @@ class _Loop:
         self.tell("on_accepted", AcceptedStep(self.step, self.state, row, result.traction))
         self.safe = self.snapshot()
         if self.step % self.sim.checkpoint_every == 0:
-            self.tell("on_checkpoint", self.snapshot())
+            self.tell("on_checkpoint", self.safe)
             if self.sim.fluid is not None:
                 self.sim.fluid.reset()  # a resumed run starts without reused operators
 

@@ -68,9 +68,7 @@ def measured_rows(n_s: int, gap: float) -> Iterator[Row]:
 def _flow(bag: PillowBag, measure: str) -> tuple[StokesFlow, float]:
     """A flow with operator and preconditioner, and the processor seconds of these."""
     began = time.process_time()
-    flow = StokesFlow(
-        bag.patches(), tolerance=TRACTION, compression="h2", measure=measure
-    )
+    flow = StokesFlow(bag.patches(), tolerance=TRACTION, compression="h2", measure=measure)
     flow.formulation.system.prepare()
     return flow, time.process_time() - began
 

@@ -61,7 +61,8 @@ def _quiet() -> Iterator[None]:
 
 
 def _matrix_trials(quick: bool) -> Iterator[Trial]:
-    clouds, disguised = {**CLOUDS, **GRADED}, DISGUISED
+    clouds = {**CLOUDS, **GRADED}
+    disguised: tuple[float, ...] = DISGUISED
     if quick:
         disguised = DISGUISED[-1:]
         clouds = {name: clouds[name][::3] for name in ("stack", "fold", "graded to 5e-8")}

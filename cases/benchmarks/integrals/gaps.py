@@ -27,6 +27,7 @@ from ...geometry.bodies import closed_body
 from ...geometry.pillow import PillowBag, accordion, round_bag
 from ..report import Row
 
+RESIDUAL = 1e-6  # asked of GMRES
 RIM = 0.05  # radius of a disc's rounded rim
 FINEST = QuadratureOrders(
     far=6, near_ball=2.0, near_offset=14.0, near_slope=4.3, radial=24, angular=24
@@ -175,8 +176,10 @@ def _solve(
     built = time.perf_counter()
     most = 400 if layer.shape[0] > 1200 else 100  # --quick: the mass matrix fails in thin gaps
     found = IterativeSaddle(
-        layer, surface.constraint, surface.mass, 1e-6, most, preconditioner=lambda system: made
+        layer, surface.constraint, surface.mass, RESIDUAL, most, preconditioner=lambda system: made
     ).solve(data)
+    # the mass matrix is shown because it fails in thin gaps; nothing else may
+    failed = {"expected": "fail"} if kind == "mass" and found.residual > RESIDUAL else {}
     return {
         "case": f"gmres {kind} {name}",
         "unknowns": layer.shape[0],
@@ -187,9 +190,10 @@ def _solve(
         "coarse": parts["coarse"],
         "gmres": time.perf_counter() - built,
         "seconds": time.perf_counter() - start,
-        "residual tolerance": 1e-6,
+        "residual tolerance": RESIDUAL,
         "error": relative(surface, found.solution, exact),
         "reference": "manufactured traction, same matrix",
+        **failed,
     }
 
 

@@ -236,16 +236,16 @@ def _gaps(quick: bool) -> list[Row]:
     heights = [0.004, 0.008, 0.016]
     loads = [squeeze_load(H, 40, mean=1.0 / 3.0)[0] for H in heights]
     venturi = [-venturi_load(H, 40) for H in heights]
-    for case, values, expected in (("lubrication", loads, -3.0), ("Venturi", venturi, -2.0)):
+    for case, values, theory in (("lubrication", loads, -3.0), ("Venturi", venturi, -2.0)):
         slope = rate(heights, [abs(v) for v in values])
         result.append(
             {
                 "case": f"exponent of {case}",
                 "seconds": 0.0,
-                "error": abs(slope - expected),
+                "error": abs(slope - theory),
                 "error_kind": "absolute",
                 "exponent": slope,
-                "expected": expected,
+                "theory": theory,
                 "_figure": case,
                 "_curve": [heights, [abs(v) for v in values]],
             }

@@ -23,6 +23,7 @@ def run(quick: bool) -> list[Row]:
     rows += planar_convergence.in_space(quick) + planar_convergence.in_time(quick)
     inflation, pancake = planar_runs.pancake(quick)
     folding, fold = planar_runs.fold(quick)
-    rows += inflation + planar_runs.deflation_rows(quick) + folding
+    rows += inflation + planar_runs.contact_rows(quick)
+    rows += planar_runs.deflation_rows(quick) + folding
     rows += planar_runs.potential_rows(quick) + planar_convergence.folded(quick)
     return rows + planar_models.rows(quick, pancake, fold)

@@ -27,7 +27,7 @@ VIEWS = {
     ),
     "exponents": View(
         r"exponent of (?P<what>.+)",
-        {"": "{what}", "exponent": "{exponent:.3f}", "expected": "{expected}"},
+        {"": "{what}", "exponent": "{exponent:.3f}", "theory": "{theory}"},
     ),
     "load": View(
         r"load functional, (?P<n>\d+) elements",
@@ -81,6 +81,16 @@ VIEWS = {
             "pressure at the end": "{pressure:.4g}",
             "error": "{error:.0e} ({error_kind})",
             "stretch": "{stretch}",
+        },
+    ),
+    "contact": View(
+        r"contact, (?P<what>.+)",
+        {
+            "varied": "{what}",
+            "result": "`{result}`",
+            "t": "{t:.5g}",
+            "smallest gap": "{min gap:.2g}",
+            "seconds": "{seconds:.3g}",
         },
     ),
     "opening": View(

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from coupling import State
+from coupling.contact.watch import UNTIL, Watch
 from hbem.accuracy import budget
 from hbem.flows.enclosed_flow import EnclosedStokes
 from shells.conditions.supports import extraction
@@ -23,6 +24,7 @@ from shells.surfaces.surface_basis import SurfaceBasis
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
 from ...geometry.revolution import sphere
+from ..collision import collision
 from ..schemes import scheme
 from ..simulated import Simulated
 from .config import CapsuleScene
@@ -127,7 +129,8 @@ def simulated(scene: CapsuleScene) -> Simulated:
     body = capsule(scene)
     shell = structure(scene, body)
     start = shell.volume(body.coefficients)
-    skips = ["test for self-intersection: a single convex body"]
+    sampler = BagSampler(body)
+    skips = [f"test for self-intersection: {UNTIL}"]
     if scene.fluid.viscosity_ratio == 1.0:
         skips.append("double layer: equal viscosities need the single layer only")
 
@@ -135,7 +138,8 @@ def simulated(scene: CapsuleScene) -> Simulated:
 
     def diagnostics(state: State) -> Mapping[str, float]:
         found, angle = measured(state.coefficients)
-        row = {"deformation": found, "angle": angle}
+        gap = sampler.gap(state.coefficients)
+        row = {"deformation": found, "angle": angle, "min_gap": gap}
         # without a sphere there is no theory
         return row if np.isnan(theory) else {**row, "to_theory": found / theory - 1.0}
 
@@ -146,7 +150,9 @@ def simulated(scene: CapsuleScene) -> Simulated:
         scheme=scheme(scene.coupling, contraction(scene), scene.time.dt),
         volume=lambda time: start,
         initial=State(0.0, body.coefficients, np.zeros_like(body.coefficients)),
-        sampler=BagSampler(body),
+        sampler=sampler,
         diagnostics=diagnostics,
         skips=tuple(skips),
+        collision=collision(body),
+        watch=Watch(sampler.gap(body.coefficients), start),
     )

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from coupling import Fluid, State
+from coupling.contact.watch import Watch
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
 from coupling.stepping.operator_reuse import OperatorReuse, reach
@@ -22,11 +23,11 @@ from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
 from ...geometry.folded import FoldedBag
 from ...output.accuracy import Accuracy
+from ..collision import certified
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
 from .config import InflationScene
-from .contact import certified
 from .plan import InflationPlan
 
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
@@ -58,7 +59,8 @@ def simulated(scene: InflationScene) -> Simulated:
         sampler=sampler,
         diagnostics=diagnostics,
         skips=plan.skips(),
-        collision=certified(body, scene.contact) if plan.tested else None,
+        collision=None if plan.tested == "off" else certified(body, scene.contact.tessellate),
+        watch=Watch(sampler.gap(body.coefficients), initial) if plan.tested == "auto" else None,
         accuracy=Accuracy(plan.budget, body.gap, body.extent, plan.measures_mesh)
         if plan.has_flow
         else None,

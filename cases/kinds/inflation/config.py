@@ -148,14 +148,12 @@ class BagInflow:
 
 @dataclass(frozen=True)
 class ContactTest:
-    """Test of every configuration for self-intersection, on ``tessellate`` cells a side.
+    """Test of configurations for self-intersection, on ``tessellate`` cells a side.
 
-    ``test`` "auto" skips it where nothing is near: a bag that starts unfolded.
-    ``engine``: ipctk ("auto" takes it), or the slower conservative bound of our own.
+    ``test`` "auto" starts at once in a folded bag, elsewhere as soon as contact is possible.
     """
 
     test: str = rule("auto", choices=("auto", "on", "off"))
-    engine: str = rule("auto", choices=("auto", "ipctk", "bound"), only=TESTED)
     tessellate: int = rule(3, least=1, most=16, only=TESTED)
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from coupling.contact.watch import UNTIL
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget
 from hbem.layers.choice import STORED_LIMIT, Compression, bytes_of, choose
@@ -153,11 +154,11 @@ class InflationPlan:
         return self.scene.fluid.model != "pressure"
 
     @property
-    def tested(self) -> bool:
-        """Whether configurations are tested for self-intersection."""
+    def tested(self) -> str:
+        """Whether configurations are tested for self-intersection: "on", "off", or when due."""
         g, test = self.scene.geometry, self.scene.contact.test
         folded = isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
-        return test == "on" or (test == "auto" and folded)
+        return "on" if test == "auto" and folded else test
 
     def skips(self) -> tuple[str, ...]:
         """What this scene does not need and a run therefore leaves out."""
@@ -175,9 +176,9 @@ class InflationPlan:
                     f"mesh's share of the traction error: {self.larger_unknowns} unknowns in the "
                     f"space that measures it, {LARGER_LIMIT} allowed"
                 )
-        if not self.tested:
-            test = self.scene.contact.test
-            skips.append(f"test for self-intersection: contact.test = {test!r}, unfolded bag")
+        if self.tested != "on":
+            why = UNTIL if self.tested == "auto" else "contact.test = 'off'"
+            skips.append(f"test for self-intersection: {why}")
         return tuple(skips)
 
 

@@ -17,9 +17,9 @@ from cases.geometry.folded import exact_volume, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
 from cases.kinds import simulation
+from cases.kinds.collision import collision
 from cases.kinds.inflation import build
 from cases.kinds.inflation.config import PillowGeometry
-from cases.kinds.inflation.contact import collision
 from cases.kinds.inflation.forecast import volume
 from cases.kinds.inflation.initial_bag import initial_bag
 from cases.sections import SceneError
@@ -185,9 +185,8 @@ def test_foldings_keep_volume_and_do_not_cross(folding, panels):
     assert inspect(bag).crosses is False
 
 
-@pytest.mark.parametrize("engine", ["bound", "ipctk"])
-def test_motions_into_a_crossing_are_seen(bag, engine):
-    test = collision(bag, 6, engine)
+def test_motions_into_a_crossing_are_seen(bag):
+    test = collision(bag, 6)
     assert test.inspect(bag.coefficients, bag.coefficients) is None
     # squeezes the sheets through each other
     through = bag.coefficients * [1.0, 1.0, -0.2]

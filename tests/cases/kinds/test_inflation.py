@@ -32,7 +32,8 @@ def test_volume_flux_and_gap(run):
     assert np.abs(h.column("volume") / h.column("volume_prescribed") - 1.0).max() < 1e-10
     # 2x2 outer points and p = 2: quadrature error of the constraint, well below the data
     assert (np.abs(h.column("zeta")[1:]) / h.column("velocity_max")[1:]).max() < 1e-4
-    assert h.column("min_gap").min() > 1.9
+    # sheets that face each other within 26 degrees, at the rim: no closer than at the start
+    assert h.column("min_gap").min() >= h.column("min_gap")[0] > 1.84
     assert np.abs(h.column("flux_ratio")[1:] - 1.0).max() < 0.1
 
 

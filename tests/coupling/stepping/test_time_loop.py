@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from coupling.contact.smallest_gap import minimum_gap
 from coupling.exchange import Result, State
 from coupling.schemes.contraction import contraction_forecast
 from coupling.schemes.scheme import StepResult
@@ -152,17 +151,6 @@ def test_forecast_of_the_pancakes(half_width, rho):
     """Formula figures of the pancake study at dt = 1, m = .005."""
     value = contraction_forecast(0.005, 1.0, element_size=0.5, gap=2.0, extent=half_width - 1.0)
     assert value == pytest.approx(rho, rel=0.01)
-
-
-def test_gap_of_two_shifted_sheets():
-    """Samples of the sheets do not face each other exactly; the normal distance counts."""
-    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 12)))
-    low = np.stack([x, y, 0 * x], axis=1)
-    high = np.stack([x + 0.037, y + 0.021, 0 * x + 0.05], axis=1)
-    down = np.tile([0.0, 0.0, -1.0], (x.size, 1))
-    gap = minimum_gap(np.vstack([low, high]), np.vstack([down, -down]), 0.1)
-    assert gap == pytest.approx(0.05, rel=1e-12)
-    assert minimum_gap(low, down, 0.1) == np.inf
 
 
 def test_limits_never_lower_the_step_below_its_floor():
