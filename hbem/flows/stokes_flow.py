@@ -27,7 +27,7 @@ from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
-from .admissible import check_bodies, check_viscosities, velocities
+from .admissible import check_bodies, check_gap, check_viscosities, velocities
 from .formulation import JumpFormulation
 from .surface_traction import SurfaceTraction, with_flux_judged
 
@@ -110,6 +110,7 @@ class StokesFlow:
         check_bodies(sampled, self.components, viscosity_ratio)
         gap = narrowest(sampled)
         self.budget: Budget = budget(tolerance, gap.distance, gap.extent)
+        check_gap(sampled, gap.distance, tolerance)
         for warning in self.budget.warnings:
             logger.warning(warning)
         self.orders = _orders(self.budget.orders, compression) if orders is None else orders
