@@ -12,6 +12,8 @@ from .layers.double_layer import DoubleLayer as DoubleLayer
 from .layers.double_layer import double_layer as double_layer
 from .layers.layer import SingleLayer as SingleLayer
 from .layers.single_layer import single_layer as single_layer
+from .near.facing_gap import FacingGap as FacingGap
+from .near.facing_gap import closest_facing as closest_facing
 from .solvers.gmres import KrylovResult as KrylovResult
 from .solvers.saddle import DenseSaddle as DenseSaddle
 from .solvers.saddle import IterativeSaddle as IterativeSaddle

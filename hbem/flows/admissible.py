@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..near.crossing import arrangement
-from ..surfaces.configuration import real_array
+from ..surfaces.configuration import real_array, rounding
 from ..surfaces.surface_points import SampledSurface
 from ..surfaces.topology import SurfaceError
 
 logger = logging.getLogger(__name__)
+ROUNDED = 100.0  # traction error over rounding of coordinates in units of the gap: measured 60
 
 
 def check_viscosities(viscosity: float, ratio: float, *, background: bool) -> None:
@@ -60,6 +61,30 @@ def velocities(name: str, values: ArrayLike, points: np.ndarray) -> np.ndarray:
     if u.shape != points.shape:
         raise ValueError(f"{name}: expected finite velocities {points.shape}, got {u.shape}")
     return u
+
+
+def check_gap(surface: SampledSurface, gap: float, tolerance: float) -> None:
+    """Refuse gaps so narrow that rounding of coordinates alone costs more than the tolerance.
+
+    Parameters
+    ----------
+    surface : SampledSurface
+    gap : float
+        The narrowest.
+    tolerance : float
+        Relative traction error asked for.
+
+    Raises
+    ------
+    ValueError
+    """
+    rounded = rounding(surface.control, surface.origin)
+    if ROUNDED * rounded > tolerance * gap:
+        raise ValueError(
+            f"coordinates are rounded to {rounded:.1g} in a gap of {gap:.3g}: a traction error of "
+            f"{tolerance:g} is beyond double precision's reach; move the surface towards the "
+            "origin of coordinates, open the gap, or allow a larger error"
+        )
 
 
 def check_bodies(surface: SampledSurface, components: np.ndarray, ratio: float) -> None:

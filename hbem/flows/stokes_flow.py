@@ -29,7 +29,7 @@ from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
 from ..traction_error import TractionError, Verdict
-from .admissible import check_bodies, check_viscosities, velocities
+from .admissible import check_bodies, check_gap, check_viscosities, velocities
 from .formulation import JumpFormulation
 from .measured_solve import Measured, MeasuredSolve
 from .mesh_share import RESOLVED, LargerSpace, film_advice, film_ratio, resampled
@@ -134,6 +134,7 @@ class StokesFlow:
             if self.facing.distance / (2.0 * length) < gap.thinness:
                 distance, extent = self.facing.distance, length
         self.budget: Budget = budget(tolerance, distance, extent, film)
+        check_gap(sampled, distance, tolerance)
         if measure == "none":
             for warning in self.budget.warnings:
                 logger.warning(warning)

@@ -15,7 +15,10 @@ from .triangles import quadrilaterals
 
 COLLAPSED = 1e-7  # an edge shorter than this many ball radii is a pole
 NOISE = 64.0  # an edge shorter than this many roundings of a coordinate is one too
-RESOLVED = 1e5  # roundings of a coordinate that the shortest edge must have at least
+# Roundings that the shortest edge must have at least: of the coordinates of the origin, which move
+# control points only, and of positions relative to it, whose differences are the integrals' (errors
+# of a force at the limits: 1e-6 of a gap's, 1e-5).
+FAR, RESOLVED = 1e5, 1e7
 REACH = 1e-50, 1e50  # extents whose fifth powers, and those of all distances, are numbers
 
 
@@ -45,17 +48,19 @@ def centred_control(
     control = control - origin
     lengths = edge_lengths(control)
     real = lengths[lengths > shortest_edge(lengths.max(axis=1, keepdims=True), control, origin)]
-    rounding, shortest = _rounding(control, origin), real.min(initial=np.inf)
-    if shortest < RESOLVED * rounding:
+    epsilon, shortest = np.finfo(float).eps, float(real.min(initial=np.inf))
+    least = epsilon * (FAR * np.abs(origin).max() + RESOLVED * np.abs(control).max(initial=0.0))
+    if shortest < least:
         raise ValueError(
             f"an element's edge of length {shortest:.3g} where coordinates are rounded to "
-            f"{rounding:.1g}: beyond double precision's reach ({RESOLVED:g} roundings at least); "
-            "move the surface towards the origin of coordinates, or make elements larger"
+            f"{rounding(control, origin):.1g}: beyond double precision's reach (edges of "
+            f"{least:.2g}); move the surface towards the origin of coordinates, bring bodies "
+            "closer to each other, or make elements larger"
         )
     return control, origin
 
 
-def _rounding(control: np.ndarray, origin: np.ndarray) -> float:
+def rounding(control: np.ndarray, origin: np.ndarray) -> float:
     """To what the coordinates of control points relative to an origin are rounded."""
     return float(np.finfo(float).eps * (np.abs(origin).max() + np.abs(control).max(initial=0.0)))
 
@@ -68,7 +73,7 @@ def edge_lengths(control: np.ndarray) -> np.ndarray:
 
 def shortest_edge(size: np.ndarray, control: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Lengths below which an edge of elements of these sizes is contracted to a point."""
-    return np.maximum(COLLAPSED * size, NOISE * _rounding(control, origin))
+    return np.maximum(COLLAPSED * size, NOISE * rounding(control, origin))
 
 
 def control_points(patches: SurfacePatches, coefficients: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -22,9 +22,9 @@ from .clouds import CLOUDS, GRADED, dense, normals
 from .disguises import AWAY, CLOUD_DISGUISES, reordered
 
 Trial = dict[str, str | float | bool]
-METHODS: dict[str, Callable[..., Compressed]] = {"aca": hmatrix, "h2": h2matrix}
+METHODS: Mapping[str, Callable[..., Compressed]] = {"aca": hmatrix, "h2": h2matrix}
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
-DISGUISED = (1e-3, 1e-6)  # tolerances of the disguised clouds
+DISGUISED: tuple[float, ...] = (1e-3, 1e-6)  # tolerances of the disguised clouds
 SAME = 1e-6  # relative difference of forces that a disguise may make
 SHIFTS = (1e1, 1e2, 1e4, 2e4, 1e6, 1e7, 1e8, 1e10, 1e12)
 UNITS = (1e-300, 1e-200, 1e-100, 1e-30, 1e-6, 1e6, 1e30, 1e100, 1e200, 1e300)

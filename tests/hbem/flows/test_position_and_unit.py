@@ -9,7 +9,7 @@ from cases.benchmarks.honesty.disguises import AWAY, reordered
 from cases.geometry.bodies import sphere, spheroid
 from cases.geometry.pillow import round_bag
 from hbem.flows.stokes_flow import StokesFlow
-from hbem.surfaces.patches import SurfacePatches
+from hbem.surfaces.patches import SurfacePatches, union
 from hbem.surfaces.topology import SurfaceError, closed_components
 
 PULL = np.array([0.3, -0.2, 1.0])
@@ -56,6 +56,18 @@ def test_beyond_the_reach_of_double_precision_is_refused_with_the_figure():
     for unit in (1e-200, 1e200):
         with pytest.raises(ValueError, match=r"measures 2.*e.200: beyond double precision.*unit"):
             StokesFlow(body, unit * body.coefficients)
+
+
+def test_a_gap_as_narrow_as_rounding_is_refused():
+    bag = round_bag(8, gap=0.005)
+    with pytest.raises(ValueError, match=r"rounded to 1e-08 in a gap of 0\.0099.*open the gap"):
+        StokesFlow(bag.patches(), bag.coefficients + 1e8 * AWAY, tolerance=1e-5)
+    mixed = [
+        sphere(4, 5),
+        replace(sphere(4, 5), coefficients=1e-8 * sphere(4, 5).coefficients + 10.0 * AWAY),
+    ]
+    with pytest.raises(ValueError, match=r"edge of length .*bring bodies closer"):
+        StokesFlow(union(*mixed))
 
 
 def test_field_and_torque_far_from_the_origin():
