@@ -43,4 +43,4 @@ def collision(body: Bag, tessellate: int = 3) -> Collision:
     element = mesh.cells // tessellate**2
     inlet = element >= body.membrane.n_elements
     finer = partial(collision, body, 2 * tessellate) if 2 * tessellate <= FINEST else None
-    return Collision(mesh, inlet, element, body.gap, finer)
+    return Collision(mesh, inlet, element, body.gap, finer, body.coefficients)

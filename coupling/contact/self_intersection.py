@@ -20,6 +20,8 @@ from .sampled_mesh import SampledMesh
 from .smallest_gap import facing_pairs, unit_normals
 from .triangle_distance import triangle_distances
 
+FOLDED = 0.5 * np.pi  # angle about an edge from which its triangles count as folded over
+
 
 @dataclass(frozen=True)
 class Collision:
@@ -36,6 +38,8 @@ class Collision:
         Expected gap of facing sheets.
     finer : callable, optional
         Makes the test on finer triangles of the same elements.
+    initial : (n_full, 3) array, optional
+        Configuration whose creases are seams: rims where flat sheets meet.
     counts : dict
         Tests and how many of them found a contact.
     """
@@ -45,6 +49,7 @@ class Collision:
     element: np.ndarray
     scale: float
     finer: Callable[[], Collision] | None = None
+    initial: np.ndarray | None = None
     counts: dict[str, int] = field(default_factory=lambda: {"tests": 0, "blocked": 0}, repr=False)
 
     def inspect(self, before: np.ndarray, after: np.ndarray) -> Result | None:
@@ -77,7 +82,7 @@ class Collision:
         chosen = np.isin(self.element, elements)
         corners = points[self.mesh.triangles]
         turn = self._turns(corners)
-        folded = np.stack(self._edges, axis=1)[turn >= 0.5 * np.pi]
+        folded = np.stack(self._edges, axis=1)[(turn >= FOLDED) & ~self._seams]
         folded = folded[chosen[folded].any(axis=1)]
         close = self._closer_than_chords(points, corners, turn, np.flatnonzero(chosen))
         doubtful = np.concatenate([folded, close])
@@ -137,6 +142,14 @@ class Collision:
         normal = unit_normals(corners)
         cosine = np.einsum("ij,ij->i", normal[left], normal[right])
         return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+    @cached_property
+    def _seams(self) -> np.ndarray:
+        """Inner edges about which the initial configuration is folded already."""
+        if self.initial is None:
+            return np.zeros(len(self._edges[0]), dtype=bool)
+        corners = (self.mesh.sample @ self.initial)[self.mesh.triangles]
+        return np.asarray(self._turns(corners) >= FOLDED)
 
     @cached_property
     def _neighbours(self) -> np.ndarray:
