@@ -20,9 +20,10 @@ from .traction_error import TractionError
 # Shares of the budget; the rest is what the estimates themselves may be off by.
 QUADRATURE, COMPRESSION, KRYLOV = 0.5, 0.3, 0.1
 AMPLIFICATION = 2.6  # exponent beyond the tables
-# Error that a film's traction may have before it is corrected, see `solvers.refinement`: other
-# flows have up to 55 times more, and every correction still divides it by 20 or more.
-CORRECTED, LOOSEST = 7e-3, 1e-3
+# Error that a film's traction may have before it is corrected, see `solvers.refinement`, from this
+# thinness up; below less, with the power. Other flows have up to 55 times more, and corrections
+# still divide it by ten or more on 5000 elements.
+CORRECTED, CORRECTED_AT, CORRECTED_POWER, LOOSEST = 7e-3, 0.05, 1.2, 1e-3
 THIN = 0.2  # below, two-level Schwarz; above, the mass matrix is enough
 SMALLEST_KRYLOV, LARGEST_KRYLOV = 1e-9, 1e-5
 
@@ -102,9 +103,10 @@ class Budget:
 
     @property
     def corrected(self) -> Mapping[str, float]:
-        """Matrix tolerances by method where every solve is measured and corrected."""
-        loose = {m: matrix_tolerance(m, CORRECTED, self.thinness) for m in COMPRESSED}
-        return {m: max(t, min(loose[m], LOOSEST)) for m, t in self.compression.items()}
+        """Matrix tolerances by method where every solve is corrected by exact sums."""
+        film = CORRECTED * min(1.0, self.thinness / CORRECTED_AT) ** CORRECTED_POWER
+        loose = {m: min(matrix_tolerance(m, film, self.thinness), LOOSEST) for m in COMPRESSED}
+        return {m: max(t, loose[m]) for m, t in self.compression.items()}
 
     @property
     def met(self) -> bool:

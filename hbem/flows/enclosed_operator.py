@@ -148,7 +148,9 @@ class EnclosedOperator:
         background: np.ndarray | float = 0.0
         if self.problem.background is not None:
             background = self._background_data / self.problem.viscosity_ratio
-        measured = solver.correct(solved, tested, background, quadrature=quadrature, rounds=1)
+        measured = solver.decompressed(solved, tested, background)
+        if quadrature:
+            measured = solver.refined(measured, tested, background, rules=1)
         error = solver.error(measured, krylov, corrected=False)
         if not mesh:
             return error

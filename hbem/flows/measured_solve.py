@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..accuracy import COMPRESSION, QUADRATURE
-from ..layers.choice import sharper
+from ..layers.choice import OWN, sharper
 from ..layers.compressed_layer import CompressedSingleLayer, compressed_single_layer
 from ..layers.direct_layer import DirectSingleLayer
 from ..layers.layer import SingleLayer
@@ -84,47 +84,49 @@ class MeasuredSolve:
         Measured
         """
         solved = self.formulation.system.solve(self.formulation.data(tested, background))
-        return self.correct(
-            solved, tested, background, compression=compression, quadrature=quadrature
-        )
+        found = Measured(solved)
+        if compression:
+            found = self.decompressed(solved, tested, background)
+        return self.refined(found, tested, background) if quadrature else found
 
-    def correct(
-        self,
-        solved: SaddleSolution,
-        tested: np.ndarray,
-        background: np.ndarray | float = 0.0,
-        *,
-        compression: bool = True,
-        quadrature: bool = True,
-        rounds: int = RULES,
+    def decompressed(
+        self, solved: SaddleSolution, tested: np.ndarray, background: np.ndarray | float = 0.0
     ) -> Measured:
-        """Correct a solution of the formulation; the parameters are those of `solve`.
-
-        ``rounds`` bounds the corrections of each kind: of one, their size is what is wanted.
-        """
+        """Correct a solution's error of compression; nothing to do where there is none."""
         made = self.formulation
         data = made.data(tested, background)
         scale = float(np.linalg.norm(data))
-        if scale == 0.0:
-            return Measured(solved, (), (0.0,) if quadrature else ())
-        compressed: tuple[float, ...] = ()
-        if compression and isinstance(made.layer, CompressedSingleLayer):
-            refined = refine(
-                made.system, self._residual(data, self.sharp), solved, scale, self.size,
-                COMPRESSION * self.tolerance,
-            )  # fmt: skip
-            solved, compressed = refined.solved, refined.estimates
+        if not isinstance(made.layer, CompressedSingleLayer) or scale == 0.0:
+            return Measured(solved)
+        wanted = COMPRESSION * self.tolerance
+        against = self._residual(data, self.sharp)
+        found = refine(made.system, against, solved, scale, self.size, wanted, self.own)
+        return Measured(found.solved, found.estimates)
+
+    def refined(
+        self,
+        measured: Measured,
+        tested: np.ndarray,
+        background: np.ndarray | float = 0.0,
+        rules: int = RULES,
+    ) -> Measured:
+        """Correct a solution's error of quadrature by at most so many finer rules."""
+        solved, scale = measured.solved, float(np.linalg.norm(tested))
+        if scale == 0.0 and not np.any(background):
+            return replace(measured, quadrature=(0.0,))
         found: list[float] = []
-        while quadrature and len(found) < rounds:
+        while len(found) < rules:
             fine = self.finer(len(found))
-            against = self._residual(fine.data(tested, background), fine.layer)
-            refined = refine(made.system, against, solved, scale, self.size, np.inf)
-            solved = refined.solved
-            found.append(refined.error)
+            data = fine.data(tested, background)
+            scale = float(np.linalg.norm(data))
+            against = self._residual(data, fine.layer)
+            step = refine(self.formulation.system, against, solved, scale, self.size, np.inf)
+            solved = step.solved
+            found.append(step.estimates[0])
             exhausted = fine.orders == fine.orders.finer()
             if remaining(tuple(found)) <= QUADRATURE * self.tolerance or exhausted:
                 break
-        return Measured(solved, compressed, tuple(found))
+        return replace(measured, solved=solved, quadrature=tuple(found))
 
     def error(self, measured: Measured, krylov: float, *, corrected: bool = True) -> TractionError:
         """What was measured, as the shares of a traction error; that of the mesh is not known.
@@ -143,10 +145,10 @@ class MeasuredSolve:
         """
         m = measured
 
-        def share(estimates: tuple[float, ...]) -> float:
+        def share(estimates: tuple[float, ...], own: float = 0.0) -> float:
             if not estimates:
                 return np.nan
-            return remaining(estimates) if corrected else estimates[0]
+            return remaining(estimates, own) if corrected else estimates[0]
 
         compressed = isinstance(self.formulation.layer, CompressedSingleLayer)
         last = (*m.compression, *m.quadrature)[-1:]
@@ -156,7 +158,7 @@ class MeasuredSolve:
             self.tolerance,
             np.nan,
             share(m.quadrature),
-            share(m.compression) if compressed else 0.0,
+            share(m.compression, self.own) if compressed else 0.0,
             krylov,
         )
 
@@ -164,6 +166,11 @@ class MeasuredSolve:
         """L2 norm on the surface of a density ``(3 n_dofs,)``."""
         d = density.reshape(-1, 3)
         return float(np.sqrt(max(np.sum(d * (self.formulation.surface.mass @ d)), 0.0)))
+
+    @property
+    def own(self) -> float:
+        """Error of `sharp` over that of the operator; none of exact sums."""
+        return 0.0 if isinstance(self.sharp, DirectSingleLayer) else OWN
 
     @property
     def sharp(self) -> SingleLayer:

@@ -16,28 +16,29 @@ from functools import cached_property
 
 import numpy as np
 
-from ..accuracy import Budget, budget
-from ..layers.choice import STORED_LIMIT, choose
+from ..accuracy import COMPRESSION, Budget
+from ..layers.choice import STORED_LIMIT
 from ..layers.single_layer import single_layer_on
 from ..near.facing_gap import closest_facing
 from ..solvers.saddle import DENSE_LIMIT
 from ..solvers.saddle_system import MassPreconditioner
 from ..solvers.schwarz import two_level_schwarz
-from ..surfaces.narrowest_gap import narrowest
 from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface, sample
 from ..surfaces.topology import closed_components
 from ..traction_error import TractionError, Verdict
-from .admissible import check_bodies, check_gap, check_viscosities, velocities
+from .admissible import check_bodies, check_viscosities, velocities
 from .formulation import JumpFormulation
 from .measured_solve import Measured, MeasuredSolve
 from .mesh_share import RESOLVED, LargerSpace, film_advice, film_ratio, resampled
 from .surface_traction import SurfaceTraction, with_flux_judged
+from .tolerances import TIGHTER, flow_budget, flow_compression, flow_orders
 
 logger = logging.getLogger(__name__)
 FIRST_SOLVE = 1e-3  # relative residual of a solve that is corrected
 MEASURES = ("auto", "all", "operator", "none")
+TIGHTENED = 4  # compressions tried, each ten times sharper than the one before
 LARGER_LIMIT = 12_000  # unknowns of the larger space up to which the mesh's share costs little
 Velocity = Callable[[np.ndarray], np.ndarray] | np.ndarray
 
@@ -126,28 +127,16 @@ class StokesFlow:
         sampled = sample(patches, coefficients, QuadratureOrders())
         check_bodies(sampled, self.components, viscosity_ratio)
         self.facing = closest_facing(sampled)
-        gap = narrowest(sampled)
-        distance, extent, film = gap.distance, gap.extent, film_ratio(self.facing)
-        if self.facing is not None and film > 0.0:
-            # between samples a curved gap is wider than it is
-            length = self.facing.film_length
-            if self.facing.distance / (2.0 * length) < gap.thinness:
-                distance, extent = self.facing.distance, length
-        self.budget: Budget = budget(tolerance, distance, extent, film)
-        check_gap(sampled, distance, tolerance)
+        self.budget: Budget = flow_budget(sampled, self.facing, tolerance)
         if measure == "none":
             for warning in self.budget.warnings:
                 logger.warning(warning)
-        self.orders = _orders(self.budget.orders, compression) if orders is None else orders
+        self.orders = flow_orders(self.budget, compression) if orders is None else orders
         self.measured = measure != "none"
         larger = 3 * patches.n_elements * (patches.density_degree + 1) ** 2
         self.mesh_measured = measure == "all" or (measure == "auto" and larger <= LARGER_LIMIT)
-        self.compression = choose(
-            compression,
-            self.budget.corrected if self.measured else self.budget.compression,
-            n_dofs=patches.n_dofs,
-            n_outer=patches.n_elements * self.orders.outer**2,
-            n_source=patches.n_elements * self.orders.source**2,
+        self.compression = flow_compression(
+            compression, self.budget, patches, self.orders, self.measured
         )
 
     def __repr__(self) -> str:
@@ -226,8 +215,7 @@ class StokesFlow:
             A velocity of the wrong shape, complex or not finite.
         """
         u = _at(velocity, self.points)
-        on = self.measured
-        measured = self.solver.solve(*self._tested(u), compression=on, quadrature=on)
+        measured = self._solve(u)
         found, error = measured.solved, self._error(measured, velocity, u)
         if not found.result.ok:
             logger.warning("%s (residual %.1e)", found.result.value, found.residual)
@@ -246,6 +234,24 @@ class StokesFlow:
             None if self.background is None else self.undisturbed,
         )
         return with_flux_judged(traction, self.budget.traction)
+
+    def _solve(self, u: np.ndarray) -> Measured:
+        """Solution for the velocity at the points; a compression that corrections do not cure
+        is built anew, ten times more sharply.
+        """
+        on, tested = self.measured, self._tested(u)
+        for _ in range(TIGHTENED):
+            measured = self.solver.solve(*tested, compression=on, quadrature=False)
+            error = self.solver.error(measured, 0.0)
+            if not error.compression > COMPRESSION * self.budget.traction:
+                break
+            assert self.compression is not None  # its error is not zero
+            finer = TIGHTER * self.compression.tolerance
+            logger.info("compression at %.1e instead of %.1e", finer, self.compression.tolerance)
+            self.compression = replace(self.compression, tolerance=finer)
+            for name in ("formulation", "solver", "larger"):
+                self.__dict__.pop(name, None)
+        return self.solver.refined(measured, *tested) if on else measured
 
     def _error(self, measured: Measured, velocity: Velocity, u: np.ndarray) -> TractionError:
         """All shares of the error of a solve, for the velocity as given and at the points."""
@@ -286,11 +292,6 @@ class StokesFlow:
         if self.background is None:
             return tested, 0.0
         return tested, project(self.undisturbed(self.points)).ravel()
-
-
-def _orders(asked: QuadratureOrders, compression: str) -> QuadratureOrders:
-    """Orders of a budget; cross approximation needs one set of points, the finer one."""
-    return replace(asked, outer=asked.source, far=0) if compression == "aca" else asked
 
 
 def _at(velocity: Velocity, points: np.ndarray, name: str = "velocity") -> np.ndarray:

@@ -16,6 +16,7 @@ STORED_LIMIT = 6000  # unknowns up to which the matrix is stored dense
 SINGLE = {"aca": 1e-5, "h2": 1e-4}  # tolerances from which single precision is stored
 PAIRS = 2e9  # plain kernels summed in a second by one thread
 SHARPER = 30.0  # how much sharper than the operator the one is that measures its error
+OWN = 0.25  # its own error over that of the operator, the worst measured (usually .01)
 MEASUREMENTS = 3  # products with that one, in a solve of its own
 
 

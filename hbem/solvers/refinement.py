@@ -37,22 +37,19 @@ class Refined:
     solved: SaddleSolution
     estimates: tuple[float, ...]
 
-    @property
-    def error(self) -> float:
-        """Estimated error of the solution as it is, the last correction included."""
-        return remaining(self.estimates)
 
-
-def remaining(estimates: tuple[float, ...]) -> float:
+def remaining(estimates: tuple[float, ...], own: float = 0.0) -> float:
     """Error left after these corrections.
 
     Of a single one its own size, an upper bound; of several the last one times its contraction,
-    which may be `SLOWER` times worse the next time.
+    which may be `SLOWER` times worse the next time. Not less than the sharper operator's ``own``
+    error, a fraction of the first.
     """
     last = estimates[-1]
     if len(estimates) == 1:
         return last
-    return last * min(1.0, SLOWER * last / max(estimates[-2], 1e-300))
+    left = last * min(1.0, SLOWER * last / max(estimates[-2], 1e-300))
+    return max(left, own * estimates[0])
 
 
 def refine(
@@ -62,7 +59,7 @@ def refine(
     data: float,
     size: Callable[[np.ndarray], float],
     wanted: float,
-    most: int = MOST,
+    own: float = 0.0,
 ) -> Refined:
     """Correct a solution until the error left is below ``wanted``, once in any case.
 
@@ -78,16 +75,16 @@ def refine(
     size : callable
         Norm of a solution ``(3 n,)``.
     wanted : float
-        Relative error.
-    most : int
-        Corrections at most; it also ends where they no longer shrink.
+        Relative error; it also ends where corrections no longer shrink.
+    own : float
+        Error of the sharper operator over that of the cheap one: what no correction removes.
 
     Returns
     -------
     Refined
     """
     estimates: list[float] = []
-    while len(estimates) < most:
+    while len(estimates) < MOST:
         missing = residual(solved)
         step = cheap.correction(missing, solved.solution, INNER)
         better = replace(
@@ -103,6 +100,6 @@ def refine(
         if len(estimates) > 1 and relative > 0.5 * estimates[-2]:
             break  # no longer shrinks: what is left is known, and not small
         solved = better
-        if remaining(tuple(estimates)) <= wanted:
+        if remaining(tuple(estimates)) <= max(wanted, own * estimates[0]):
             break
     return Refined(solved, tuple(estimates))

@@ -79,4 +79,4 @@ def _reference(
     """Solution of the operator with exact sums."""
     solver = MeasuredSolve(flow.formulation, CONVERGED)
     solver._sharp = DirectSingleLayer(flow.surface, flow.formulation.layer.near)
-    return solver.correct(solved, tested, background, quadrature=False).solved.solution
+    return solver.decompressed(solved, tested, background).solved.solution
