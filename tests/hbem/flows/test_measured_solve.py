@@ -41,7 +41,7 @@ def test_compression_is_measured_and_corrected(name, method):
 
 @pytest.mark.parametrize("name", FLOWS)
 def test_quadrature_is_measured_and_corrected(name):
-    body = spheroid(6, 6, c=0.2, grading=0.5)
+    body = spheroid(6, 5, c=0.2, grading=0.5)
     rough = QuadratureOrders(near_offset=4.0, near_slope=1.5, radial=6, angular=6)
     flow = StokesFlow(body, tolerance=1e-4, orders=rough, measure="operator")
     exact = StokesFlow(body, orders=FINEST, measure="none").traction(FLOWS[name])
@@ -57,20 +57,15 @@ def test_quadrature_is_measured_and_corrected(name):
 
 
 def test_the_mesh_s_share_is_its_error():
-    """Against a mesh twice as fine; from 0.93 to 1.11 on spheres and flat spheroids."""
+    """From 0.93 to 1.11 of the true error on spheres and flat spheroids."""
 
     def shear(x):
         return np.stack([x[:, 1], x[:, 0], 0.0 * x[:, 0]], axis=1)
 
-    coarse, fine = (StokesFlow(sphere(n, n, degree=2), tolerance=1e-3) for n in (6, 12))
+    coarse, fine = (StokesFlow(sphere(n, n, degree=p), tolerance=1e-3) for n, p in ((6, 2), (8, 3)))
     found, exact = coarse.traction(shear), fine.traction(shear)
-    at = coarse.points  # the traction of a sphere in shear is linear on it: compare moments
-    moment = np.einsum("q,qi,qj->ij", coarse.weights, found.values, at)
-    truth = np.einsum("q,qi,qj->ij", fine.weights, exact.values, fine.points)
-    assert np.abs(moment - truth).max() < found.error.mesh * np.abs(truth).max()
-    # |tau| = 5/2 |E x|... on the unit sphere: 5 mu E n for shear E, so the error is known
     strain = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    tau = 5.0 * coarse.normals @ strain
+    tau = 5.0 * coarse.normals @ strain  # exactly 5 mu E n on a sphere whose surface moves by E x
     error = np.sqrt(coarse.weights @ np.sum((found.values - tau) ** 2, axis=1))
     error /= np.sqrt(coarse.weights @ np.sum(tau**2, axis=1))
     assert found.error.mesh == pytest.approx(error, rel=0.25)
@@ -79,7 +74,7 @@ def test_the_mesh_s_share_is_its_error():
     assert exact.error.verdict is Verdict.MET
 
 
-@pytest.mark.parametrize("gap", [0.3, 1e-2, 1e-5])
+@pytest.mark.parametrize("gap", [0.3, 1e-5])
 def test_spheres_approach_at_gaps_that_their_mesh_does_not_resolve(gap):
     one = sphere(6, 6)
     both = union(one, one)

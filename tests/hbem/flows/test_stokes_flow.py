@@ -32,7 +32,9 @@ def test_two_spheres_far_apart_feel_each_other_as_point_forces():
     one, d = sphere(6, 6), 20.0
     both = union(one, one)
     c = np.concatenate([one.coefficients, one.coefficients + np.array([d, 0.0, 0.0])])
-    force = StokesFlow(both, c).traction(np.array([0.0, 0.0, 1.0])).force() / (6 * np.pi)
+    force = StokesFlow(both, c, measure="none").traction(np.array([0.0, 0.0, 1.0])).force() / (
+        6 * np.pi
+    )
     np.testing.assert_allclose(force[:, 2], 1.0 / (1.0 + 0.75 / d), rtol=1e-3)
 
 
@@ -40,8 +42,8 @@ def test_two_spheres_far_apart_feel_each_other_as_point_forces():
 def test_units_scale_exactly(scale):
     """Force grows as length times velocity."""
     body, u = sphere(5, 6), np.array([0.3, 0.0, 1.0])
-    reference = StokesFlow(body).traction(u).force()
-    scaled = StokesFlow(body, scale * body.coefficients).traction(u).force()
+    reference = StokesFlow(body, measure="none").traction(u).force()
+    scaled = StokesFlow(body, scale * body.coefficients, measure="none").traction(u).force()
     np.testing.assert_allclose(scaled / scale, reference, rtol=1e-9, atol=1e-9)
 
 
@@ -52,13 +54,13 @@ def test_surfaces_from_callables_and_control_points():
         return np.stack([r * np.cos(phi), r * np.sin(phi), 1.3 * np.cos(theta)], axis=-1)
 
     exact = closed_body(egg, 10, 10)
-    drag = StokesFlow(exact).traction(np.array([0.0, 0.0, 1.0])).force()[0, 2]
+    drag = StokesFlow(exact, measure="none").traction(np.array([0.0, 0.0, 1.0])).force()[0, 2]
     theta = np.pi * np.array([0.0, *((np.arange(12) + 0.5) / 12), 1.0])
     theta[1], theta[-2] = np.pi / 36, np.pi - np.pi / 36
     control = egg(*np.meshgrid(theta / np.pi, np.arange(14) / 14, indexing="ij"))
     control[[0, -1], :, :2] = 0.0  # sin(pi) is not quite zero
     spline = from_control_points(control)
-    close = StokesFlow(spline).traction(np.array([0.0, 0.0, 1.0])).force()[0, 2]
+    close = StokesFlow(spline, measure="none").traction(np.array([0.0, 0.0, 1.0])).force()[0, 2]
     assert abs(close / drag - 1.0) < 0.05  # control points lie outside their surface
     with pytest.raises(ValueError, match="must each be one point"):
         from_control_points(control[1:])
@@ -105,8 +107,8 @@ def test_a_gap_too_thin_for_the_tolerance_is_said(caplog):
 def test_compressed_flow_agrees_with_dense(method):
     """Forced on a small thin bag; measured 6e-5 (h2), 3e-5 (aca) of the traction."""
     bag = round_bag(14, gap=0.1)
-    dense = StokesFlow(bag.patches(), bag.coefficients)
-    flow = StokesFlow(bag.patches(), bag.coefficients, compression=method)
+    dense = StokesFlow(bag.patches(), bag.coefficients, measure="operator")
+    flow = StokesFlow(bag.patches(), bag.coefficients, compression=method, measure="operator")
     assert dense.compression is None
     assert "dense matrix, LU" in repr(dense)
     assert flow.compression.method == method
