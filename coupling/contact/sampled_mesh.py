@@ -68,13 +68,9 @@ class SampledMesh:
         used, vertices = np.unique(self.triangles[chosen], return_inverse=True)
         return SampledMesh(self.sample[used], vertices.reshape(-1, 3), self.cells[chosen])
 
-    def corners(self, coefficients: np.ndarray) -> np.ndarray:
-        """Corners of the triangles ``(m, 3, 3)`` in a configuration."""
-        return (self.sample @ coefficients)[self.triangles]
-
     def shortest_edge(self, coefficients: np.ndarray) -> float:
         """Length of the shortest edge of a triangle."""
-        corners = self.corners(coefficients)
+        corners = (self.sample @ coefficients)[self.triangles]
         return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
 
     def intersects(self, coefficients: np.ndarray) -> bool:

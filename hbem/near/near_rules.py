@@ -101,18 +101,9 @@ def _moments(
     counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
     split, rule, largest = layer is Layer.DOUBLE, orders.rule(layer), nodes.shape[0] - 1
     kernels.choose(
-        closest.rows,
-        boxes,
-        pieces,
-        elements,
-        surface.collapsed,
-        plain,
-        rule,
-        split,
-        largest,
-        counts,
-        keys,
-    )
+        closest.rows, boxes, pieces, elements, surface.collapsed, plain,
+        rule, split, largest, counts, keys,
+    )  # fmt: skip
     counts[only_plain] = 0
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
