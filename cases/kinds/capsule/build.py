@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling import State
 from coupling.contact.watch import UNTIL, Watch
-from hbem.accuracy import budget
+from hbem.accuracy import Budget, budget
 from hbem.flows.enclosed_flow import EnclosedStokes
 from shells.conditions.supports import extraction
 from shells.energy.densities import NeoHookean, Skalak
@@ -24,6 +24,7 @@ from shells.surfaces.surface_basis import SurfaceBasis
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
 from ...geometry.revolution import sphere
+from ...output.accuracy import Accuracy
 from ..collision import collision
 from ..schemes import scheme
 from ..simulated import Simulated
@@ -65,10 +66,15 @@ def structure(scene: CapsuleScene, body: Bag) -> ShellStructure:
     return ShellStructure(energy, body.support(""), EnclosedVolume(basis))
 
 
+def asked_of(scene: CapsuleScene, body: Bag) -> Budget:
+    """Tolerances of the boundary integrals from that of the traction."""
+    return budget(scene.fluid.tolerance, body.gap, body.extent)
+
+
 def fluid(scene: CapsuleScene, body: Bag) -> EnclosedStokes:
     """Stokes flow on both sides of the membrane in the scene's linear flow."""
     f = scene.fluid
-    asked = budget(f.tolerance, body.gap, body.extent)
+    asked = asked_of(scene, body)
     gradient = scene.strain_rate * scene.flow.gradient
     return EnclosedStokes(
         body.membrane,
@@ -78,6 +84,7 @@ def fluid(scene: CapsuleScene, body: Bag) -> EnclosedStokes:
         viscosity_ratio=f.viscosity_ratio,
         orders=asked.orders,
         tolerance=asked.krylov,
+        traction_tolerance=f.tolerance,
         background=lambda points: points @ gradient.T,
     )
 
@@ -155,4 +162,5 @@ def simulated(scene: CapsuleScene) -> Simulated:
         skips=tuple(skips),
         collision=collision(body),
         watch=Watch(sampler.gap(body.coefficients), start),
+        accuracy=Accuracy(asked_of(scene, body), body.gap, body.extent),
     )

@@ -9,6 +9,7 @@ from hbem.accuracy import budget
 from hbem.layers.choice import STORED_LIMIT
 
 from ...output.forecast import Forecast, Item
+from ..expected_accuracy import expected_accuracy
 from ..schemes import LIMITS
 from ..sizes import NEAR_BYTES, Sizes, dense_bytes, response_bytes, shell_bytes
 from .config import CapsuleScene
@@ -73,6 +74,7 @@ def forecast(scene: CapsuleScene) -> Forecast:
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
     scales = scene.geometry.scales
     asked = budget(f.tolerance, 2.0 * float(scales.min()), float(scales.max()))
+    items += expected_accuracy(asked, asked.orders)
     warnings = list(asked.warnings)
     if rho > limit:
         warnings.append(

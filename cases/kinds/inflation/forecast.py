@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from hbem.accuracy import Budget
 from hbem.layers.choice import STORED_LIMIT
-from hbem.surfaces.quadrature import QuadratureOrders
 
 from ...geometry.bag import Bag
 from ...geometry.folded import FoldedBag
 from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
+from ..expected_accuracy import expected_accuracy
 from ..schemes import LIMITS
 from ..sizes import MEASURED, Sizes
 from .config import InflationScene, PillowGeometry
@@ -173,7 +172,7 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
-        *_accuracy(asked, plan.orders, f.krylov_tolerance),
+        *expected_accuracy(asked, plan.orders, f.krylov_tolerance),
         _double_layer(f.viscosity_ratio),
     ]
     warnings = list(asked.warnings)
@@ -222,7 +221,7 @@ def _large(plan: InflationPlan) -> Forecast:
     if plan.has_flow:
         items += [
             *_operator(plan),
-            *_accuracy(plan.budget, plan.orders, f.krylov_tolerance),
+            *expected_accuracy(plan.budget, plan.orders, f.krylov_tolerance),
             _double_layer(f.viscosity_ratio),
         ]
         warnings += plan.budget.warnings
@@ -244,20 +243,3 @@ def _operator(plan: InflationPlan) -> list[Item]:
         note = f"{unknowns} unknowns, the near field stored"
         return [Item("single layer", "direct sums", "", note), Item("near field", memory, "GB")]
     return [Item("dense operator", memory, "GB", "with a copy and its factors")]
-
-
-def _accuracy(asked: Budget, orders: QuadratureOrders, krylov: float) -> list[Item]:
-    """What the traction tolerance comes to in the narrowest gap."""
-    p, c = asked.predicted, asked.compression
-    near = f"sinh {orders.near_offset:g} + {orders.near_slope:g} ln(1/b)"
-    self_rule = f"polar {orders.radial} x {orders.angular}, far {orders.source} x {orders.source}"
-    return [
-        Item(
-            "traction tolerance", asked.traction, "", f"in a gap of thinness {asked.thinness:.2g}"
-        ),
-        Item("traction error expected", asked.total, "", "beside that of the mesh"),
-        Item("  of the mesh", "cannot tell", "", "measured in the run's first step"),
-        Item("  of quadrature", p["quadrature"], "", f"{near}, {self_rule}"),
-        Item("  of compression", p["compression"], "", f"ACA {c['aca']:.1e}, H2 {c['h2']:.1e}"),
-        Item("  of Krylov", p["krylov"], "", f"true residual {krylov or asked.krylov:.1e}"),
-    ]
