@@ -6,8 +6,8 @@ import enum
 import math
 from dataclasses import dataclass
 
-# True over estimated share of the mesh: up to 1.13 where it resolves.
-MESH_MARGIN = 1.15
+# True over estimated error: up to 1.13 for the share of a mesh that resolves.
+MARGIN = 1.15
 
 
 class Verdict(enum.Enum):
@@ -59,14 +59,13 @@ class TractionError:
     @property
     def verdict(self) -> Verdict:
         """Met or missed by the sum; "cannot tell" where a share is not known, the mesh too coarse
-        for its own estimate, or this estimate not sharp enough, and the rest is within the
-        tolerance.
+        for its own estimate, or the sum so near the tolerance that estimates are not sharp enough,
+        and the rest is within the tolerance.
         """
         known = sum(e for e in (self.mesh, self.operator, self.krylov) if not math.isnan(e))
         if known > self.tolerance:
             return Verdict.MISSED
-        most = self.total + (MESH_MARGIN - 1.0) * self.mesh  # NaN is not below
-        told = self.resolved and most <= self.tolerance
+        told = self.resolved and MARGIN * self.total <= self.tolerance  # NaN is not below
         return Verdict.MET if told else Verdict.CANNOT_TELL
 
     def describe(self) -> dict[str, float | str]:

@@ -38,7 +38,7 @@ HEADLINE = (
     ),
     Headline(
         "honesty",
-        r"flows: quadrature's share of a traction",
+        r"flows: quadrature",
         "tractions in thin gaps against the finest rule: {tried} solves",
         "{silent} silently above their tolerance",
         "{error:.1e}",

@@ -9,11 +9,10 @@ import numpy as np
 from hbem.flows.stokes_flow import StokesFlow
 from hbem.surfaces.patches import BezierPatches
 from hbem.surfaces.quadrature import QuadratureOrders
-from hbem.traction_error import Verdict
 
 from ....geometry.bodies import spheroid
 from ....geometry.pillow import round_bag
-from .fields import FIELDS, Trial, away, resolves
+from .fields import FIELDS, Trial, announced, away, resolves
 
 # Two, and the error is the distance to the nearer: beside the collapsed corners of a bag they
 # differ by 1e-5 of the traction at thinness .01 and 1e-4 at .005, and neither is better.
@@ -66,10 +65,10 @@ def _trial(flow: StokesFlow, name: str, truths: list[np.ndarray]) -> Trial:
     first = flow.solver.correct(plain, tested, rounds=1).quadrature[0]
     told = found.error
     return {
-        "promise": "quadrature's share of a traction",
+        "promise": "quadrature",
         "tolerance": told.tolerance,
         "error": min(away(flow, found.coefficients.ravel(), truth) for truth in truths),
-        "refused": told.verdict is Verdict.MISSED,
+        "refused": announced(told),
         "share": "quadrature",
         "estimate": told.operator + told.krylov,
         "before": first / away(flow, plain.solution, truths[0]),
