@@ -229,8 +229,8 @@ def _bench(options: argparse.Namespace) -> int:
         return _bad_input([f"{options.name}: no such benchmark; valid: {valid}"])
     from .benchmarks.report import execute
 
-    execute(options.name, BENCHMARKS[options.name].module, options.quick, options.json)
-    return COMPLETED
+    rows = execute(options.name, BENCHMARKS[options.name].module, options.quick, options.json)
+    return STUCK if any(row.get("silent") for row in rows) else COMPLETED
 
 
 def _ended(finished: Finished, folder: Path) -> int:

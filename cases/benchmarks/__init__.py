@@ -26,6 +26,7 @@ _SUMMARIES = {
     "compression": "ACA and H2 operators against direct sums and FMM3D",
     "coupling": "coupling schemes: contraction, assemblies, seconds, failures",
     "folds": "one fluid solve of bags folded 2, 4, 8, 16 times",
+    "honesty": "promises tried: held, broken aloud, broken in silence",
     "integrals": "single and double layer: exact flows, near rules, speed",
     "pancake": "coupled inflation against statics, schemes compared",
     "planar": "planar flows, narrow gaps, all planar scenes, models compared",

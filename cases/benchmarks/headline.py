@@ -37,6 +37,13 @@ HEADLINE = (
         "{error:.0e}",
     ),
     Headline(
+        "honesty",
+        r"flows: quadrature",
+        "tractions in thin gaps against the finest rule: {tried} solves",
+        "{silent} silently above their tolerance",
+        "{error:.1e}",
+    ),
+    Headline(
         "integrals",
         r"near single",
         "single layer at 1e-4 of an element's size from it (plain Gauss of as many points errs by "

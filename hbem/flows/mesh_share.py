@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..accuracy import AMPLIFICATION
 from ..layers.choice import choose
 from ..layers.single_layer import single_layer_on
 from ..near.facing_gap import FacingGap
@@ -25,6 +26,7 @@ from ..surfaces.patches import BezierPatches, SurfacePatches
 from ..surfaces.surface_points import PointSet, SampledSurface
 from .formulation import JumpFormulation
 
+THIN = 0.05  # thinness from which on the size of a correction needs a smaller residual
 MATRIX = 1e-4  # compression of the larger operator: enough for one digit of its correction
 PRODUCTS = 20  # with it, preconditioner included
 
@@ -94,10 +96,13 @@ class LargerSpace:
         With the orders that its solutions were corrected to.
     preconditioner : callable
         Of GMRES in the larger space, where LU is too dear.
+    thinness : float
+        Of the narrowest gap, which amplifies what the iteration leaves.
     """
 
     base: JumpFormulation
     preconditioner: Builder
+    thinness: float = np.inf
 
     @staticmethod
     def unknowns(surface: SampledSurface) -> int:
@@ -175,7 +180,8 @@ class LargerSpace:
         undisturbed = 0.0 if background is None else surface.project(background).ravel()
         residual = made.data(tested, undisturbed) - made.layer @ start.ravel()
         residual -= system.system.multiplied(zeta)
-        found = system.correction(residual, start.ravel(), INNER)
+        left = INNER * min(1.0, self.thinness / THIN) ** AMPLIFICATION
+        found = system.correction(residual, start.ravel(), left)
         weights = surface.outer.weights
 
         def squares(values: np.ndarray) -> np.ndarray:

@@ -178,7 +178,8 @@ class StokesFlow:
         """The larger density space that measures the mesh's share."""
         schwarz = self.budget.preconditioner == "schwarz"
         finest = self.solver.finest if self.measured else self.formulation
-        return LargerSpace(finest, two_level_schwarz if schwarz else MassPreconditioner)
+        builder = two_level_schwarz if schwarz else MassPreconditioner
+        return LargerSpace(finest, builder, self.budget.thinness)
 
     @property
     def points(self) -> np.ndarray:

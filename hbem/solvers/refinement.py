@@ -16,7 +16,7 @@ import numpy as np
 from .saddle import DenseSaddle, IterativeSaddle
 from .saddle_system import SaddleSolution
 
-MOST = 6  # corrections of one solve
+MOST = 10  # corrections of one solve
 INNER = 3e-2  # relative residual of a correction: its size is then known to as much
 SLOWER = 3.0  # how much worse the next correction may contract than the last one did
 

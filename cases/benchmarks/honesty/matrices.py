@@ -45,12 +45,12 @@ def trials(quick: bool) -> list[Trial]:
         ``promise``, ``case``, ``tolerance``, ``error``, and ``refused``: whether the program said
         that it cannot keep the tolerance. The error of an input that was refused is NaN.
     """
-    with _quiet():
+    with quiet():
         return [*_matrix_trials(quick), *_force_trials(quick)]
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """No warnings in the log meanwhile: every one of them is a trial's ``refused``."""
     before = logging.root.manager.disable
     logging.disable(logging.WARNING)

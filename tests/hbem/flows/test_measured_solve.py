@@ -1,12 +1,14 @@
 """Solves that measure their own error: estimates against dense, finer-rule and finer-mesh truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cases.geometry.bodies import sphere, spheroid
 from cases.geometry.pillow import round_bag
 from hbem import StokesFlow
-from hbem.flows.measured_solve import MeasuredSolve
+from hbem.flows.measured_solve import MeasuredSolve, left_by_rules
 from hbem.solvers.refinement import remaining
 from hbem.surfaces.patches import union
 from hbem.surfaces.quadrature import QuadratureOrders
@@ -119,11 +121,36 @@ def test_what_corrections_leave(estimates, left):
     assert remaining(estimates) == pytest.approx(left)
 
 
+@pytest.mark.parametrize(
+    ("found", "left"),
+    [((1e-3,), 1e-3), ((1e-1, 1e-3), 1e-3), ((1e-2, 8e-3), 3.2e-2), ((1e-4, 2e-4), 1.8e-3)],
+)
+def test_what_finer_rules_leave(found, left):
+    """No less than the last difference; the more, the less they shrink."""
+    assert left_by_rules(found) == pytest.approx(left)
+
+
+@pytest.mark.parametrize("name", FLOWS)
+def test_rules_of_even_and_odd_orders_err_apart(name):
+    """In a thin gap the next plain rule differed by a quarter of the error."""
+    body = round_bag(8, gap=0.05).patches()
+    flow = StokesFlow(body, tolerance=1e-4, measure="operator")
+    finest = replace(FINEST, far=12)
+    exact = StokesFlow(body, orders=finest, measure="none").traction(FLOWS[name])
+    tested, _ = flow._tested(FLOWS[name](flow.points))
+    plain = flow.formulation.system.solve(flow.formulation.data(tested))
+    error = flow.solver.size(plain.solution - exact.coefficients.ravel())
+    error /= flow.solver.size(exact.coefficients.ravel())
+    found = flow.solver.correct(plain, tested)
+    assert found.quadrature[0] == pytest.approx(error, rel=0.3)
+
+
 def test_verdicts_say_what_is_known():
     met = TractionError(1e-3, 1e-4, 1e-4, 0.0, 1e-6)
     assert met.verdict is Verdict.MET
     assert met.total == pytest.approx(2.01e-4)
     assert TractionError(1e-3, np.nan, 1e-4, 0.0, 1e-6).verdict is Verdict.CANNOT_TELL
+    assert TractionError(1e-3, 9e-4, 0.0, 0.0, 0.0).verdict is Verdict.CANNOT_TELL  # too near
     assert TractionError(1e-3, np.nan, 1e-2, 0.0, 1e-6).verdict is Verdict.MISSED
     assert TractionError(1e-3, 1e-4, 1e-4, 0.0, 0.0, resolved=False).verdict is Verdict.CANNOT_TELL
     assert str(met).startswith("met: mesh 1.0e-04, quadrature and compression 1.0e-04")
