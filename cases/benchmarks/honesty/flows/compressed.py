@@ -63,7 +63,7 @@ def _trial(flow: StokesFlow, exact: DenseSaddle | IterativeSaddle, field: Field)
     tested = flow.surface.project(field(flow.points)).ravel()
     data = made.data(tested)
     truth, plain = exact.solve(data).solution, made.system.solve(data)
-    measured = flow.solver.correct(plain, tested, quadrature=False)
+    measured = flow.solver.decompressed(plain, tested)
     told = flow.solver.error(measured, flow.budget.krylov_error(measured.solved.residual))
     return {
         "promise": "compression",

@@ -56,9 +56,11 @@ def away(flow: StokesFlow, found: np.ndarray, exact: np.ndarray) -> float:
     return size(found - exact) / size(exact)
 
 
-def announced(error: TractionError, **others: float) -> bool:
-    """Whether a verdict is not "met" even if the mesh, and other shares given, had no error."""
-    return replace(error, mesh=0.0, resolved=True, **others).verdict is not Verdict.MET
+def announced(error: TractionError, quadrature: float | None = None) -> bool:
+    """Whether a verdict is not "met" even without the mesh's share, and with that quadrature."""
+    share = error.quadrature if quadrature is None else quadrature
+    alone = replace(error, mesh=0.0, quadrature=share, resolved=True)
+    return alone.verdict is not Verdict.MET
 
 
 def resolves(flow: StokesFlow, error: TractionError) -> bool:

@@ -62,7 +62,8 @@ def _trial(flow: StokesFlow, name: str, truths: list[np.ndarray]) -> Trial:
     found = flow.traction(field)
     tested = flow.surface.project(field(flow.points)).ravel()
     plain = made.system.solve(made.data(tested))
-    first = flow.solver.correct(plain, tested, rounds=1).quadrature[0]
+    measured = flow.solver.decompressed(plain, tested)
+    first = flow.solver.refined(measured, tested, rules=1).quadrature[0]
     told = found.error
     return {
         "promise": "quadrature",
