@@ -29,8 +29,12 @@ FLOWS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 CONVERGED = 1e-9  # asked of the reference's corrections; they end where they no longer shrink
 
 
-def measured_rows(n_s: int, gap: float) -> Iterator[Row]:
+def measured_rows(n_s: int, gap: float) -> list[Row]:
     """Rows of a disc bag, one for each flow."""
+    return list(_rows(n_s, gap))
+
+
+def _rows(n_s: int, gap: float) -> Iterator[Row]:
     bag = round_bag(n_s, gap=gap)
     with limited(1) as threads:
         measured, measured_build = _flow(bag, "operator")
@@ -55,7 +59,7 @@ def measured_rows(n_s: int, gap: float) -> Iterator[Row]:
                 "unknowns": 3 * measured.patches.n_dofs,
                 "matrix tolerance": compression.tolerance,
                 "corrections": len(found.compression),
-                "estimate": error.compression,
+                "estimate": error.compression + error.krylov,
                 "peer": "the budget's matrix tolerance, nothing measured",
                 "peer_seconds": peer,
                 "CPU ratio": seconds / peer,
