@@ -57,7 +57,7 @@ def _rows(n_s: int, gap: float) -> Iterator[Row]:
                 "error": relative(measured.surface, found.solved.solution, exact),
                 "tolerance": TRACTION,
                 "unknowns": 3 * measured.patches.n_dofs,
-                "matrix tolerance": compression.tolerance,
+                "operator at": compression.tolerance,
                 "corrections": len(found.compression),
                 "estimate": error.compression + error.krylov,
                 "peer": "the budget's matrix tolerance, nothing measured",

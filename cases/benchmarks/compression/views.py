@@ -39,7 +39,7 @@ VIEWS = {
             "thinness": "{gap}",
             "flow": "{flow}",
             "unknowns": "{unknowns}",
-            "matrix tolerance": "{matrix tolerance:.1e}",
+            "matrix tolerance": "{operator at:.1e}",
             "CPU seconds": "{seconds:.3g}",
             "over the budget's tolerance, unmeasured": "{CPU ratio:.2f}",
             "corrections": "{corrections}",
