@@ -6,15 +6,13 @@ Samples that coincide at rest are one vertex, so that neighbouring elements shar
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-
-if TYPE_CHECKING:
-    import ipctk
 
 COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
 
@@ -75,8 +73,7 @@ class SampledMesh:
 
     def intersects(self, coefficients: np.ndarray) -> bool:
         """Whether triangles of this configuration cross each other."""
-        import ipctk
-
+        ipctk = _quiet_ipctk()
         points = np.asfortranarray(self.sample @ coefficients)
         return bool(ipctk.has_intersections(self._collision_mesh(points), points))
 
@@ -94,8 +91,7 @@ class SampledMesh:
         distance : float
             Closest that triangles may come to each other.
         """
-        import ipctk
-
+        ipctk = _quiet_ipctk()
         a, b = (np.asfortranarray(self.sample @ c) for c in (start, end))
         return float(
             ipctk.compute_collision_free_stepsize(
@@ -103,11 +99,18 @@ class SampledMesh:
             )
         )
 
-    def _collision_mesh(self, points: np.ndarray) -> ipctk.CollisionMesh:
-        import ipctk
-
+    def _collision_mesh(self, points: np.ndarray) -> Any:
+        ipctk = _quiet_ipctk()
         faces = np.asfortranarray(self.triangles.astype(np.int32))
         return ipctk.CollisionMesh(points, np.asfortranarray(ipctk.edges(faces)), faces)
+
+
+def _quiet_ipctk() -> ModuleType:
+    """ipctk, loaded when first needed; it prints warnings of touching starts, which we judge."""
+    import ipctk
+
+    ipctk.set_logger_level(ipctk.LoggerLevel.error)
+    return ipctk
 
 
 def halve_quadrilaterals(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
