@@ -28,3 +28,5 @@ from .surfaces.surface_points import sample as sample
 from .surfaces.topology import SurfaceError as SurfaceError
 from .surfaces.topology import closed_components as closed_components
 from .traction import Traction as Traction
+from .traction_error import TractionError as TractionError
+from .traction_error import Verdict as Verdict

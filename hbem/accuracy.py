@@ -242,6 +242,11 @@ def compression_error(method: str, tolerance: float, eps: float) -> float:
     return math.sqrt(low * high)
 
 
+def larger_unknowns(n_elements: int, degree: int) -> int:
+    """Unknowns of the density space that measures the mesh's share, see `flows.mesh_share`."""
+    return 3 * n_elements * (degree + 1) ** 2
+
+
 def film_error(film: float) -> float:
     """Traction error expected of elements ``film`` film lengths long, at most 1.
 

@@ -127,8 +127,8 @@ class MeasuredSolve:
         rules: int = RULES,
     ) -> Measured:
         """Correct a solution's error of quadrature by at most so many finer rules."""
-        solved, scale = measured.solved, float(np.linalg.norm(tested))
-        if scale == 0.0 and not np.any(background):
+        solved = measured.solved
+        if not (np.any(tested) or np.any(background)):
             return replace(measured, quadrature=(0.0,))
         found: list[float] = []
         while len(found) < rules:
@@ -211,7 +211,6 @@ class MeasuredSolve:
             layer: SingleLayer = single_layer_on(surface, orders, storage="direct")
             if isinstance(self.formulation.layer, CompressedSingleLayer):
                 layer = self._exactly(self.formulation.layer, layer)
-            # only the last and its data are needed: a near field is as large as the operator
             self._finer.append(replace(before, layer=layer, orders=orders))
         return self._finer[level]
 

@@ -29,8 +29,6 @@ from .formulation import JumpFormulation
 THIN = 0.05  # thinness from which on the size of a correction needs a smaller residual
 MATRIX = 1e-4  # compression of the larger operator: enough for one digit of its correction
 PRODUCTS = 20  # with it, preconditioner included
-
-
 RESOLVED = 2.0  # film lengths an element may have where the estimate still serves
 RESOLVING = 0.7  # film lengths an element has where it resolves the film
 
@@ -103,11 +101,6 @@ class LargerSpace:
     base: JumpFormulation
     preconditioner: Builder
     thinness: float = np.inf
-
-    @staticmethod
-    def unknowns(surface: SampledSurface) -> int:
-        """Unknowns of the larger space on a surface."""
-        return 3 * surface.patches.n_elements * (surface.patches.density_degree + 1) ** 2
 
     @cached_property
     def formulation(self) -> JumpFormulation:

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..accuracy import COMPRESSION, Budget
+from ..accuracy import COMPRESSION, Budget, larger_unknowns
 from ..layers.choice import STORED_LIMIT
 from ..layers.single_layer import single_layer_on
 from ..near.facing_gap import closest_facing
@@ -83,6 +83,8 @@ class StokesFlow:
         Closed component of each density function.
     budget : Budget
         Tolerances that follow from ``tolerance`` and the narrowest gap.
+    facing : FacingGap or None
+        Closest points of facing walls.
     compression : Compression or None
         What was chosen; None for a dense matrix or direct sums.
 
@@ -93,8 +95,8 @@ class StokesFlow:
         or touch, or nested ones with a viscosity ratio that leaves no viscosity inside both.
     ValueError
         A viscosity that is not positive, a negative ratio, a background without outer fluid,
-        coefficients of the wrong shape, not finite or beyond double precision's reach, or an
-        unknown compression.
+        coefficients of the wrong shape, not finite or beyond double precision's reach, or a word
+        that is none for compression or measure.
     """
 
     def __init__(
@@ -132,12 +134,11 @@ class StokesFlow:
             for warning in self.budget.warnings:
                 logger.warning(warning)
         self.orders = flow_orders(self.budget, compression) if orders is None else orders
-        self.measured = measure != "none"
-        larger = 3 * patches.n_elements * (patches.density_degree + 1) ** 2
-        self.mesh_measured = measure == "all" or (measure == "auto" and larger <= LARGER_LIMIT)
-        self.compression = flow_compression(
-            compression, self.budget, patches, self.orders, self.measured
-        )
+        self._measured = measure != "none"
+        larger = larger_unknowns(patches.n_elements, patches.density_degree)
+        self._mesh_measured = measure == "all" or (measure == "auto" and larger <= LARGER_LIMIT)
+        asked = compression, self.budget, patches, self.orders, self._measured
+        self.compression = flow_compression(*asked)
 
     def __repr__(self) -> str:
         n, chosen = 3 * self.patches.n_dofs, self.compression
@@ -163,7 +164,7 @@ class StokesFlow:
             self.viscosity_ratio,
             self.orders,
             # what the first iteration leaves, the corrections find and remove
-            max(self.budget.krylov, FIRST_SOLVE) if self.measured else self.budget.krylov,
+            max(self.budget.krylov, FIRST_SOLVE) if self._measured else self.budget.krylov,
             two_level_schwarz if schwarz else MassPreconditioner,
             components=self.components,
         )
@@ -177,7 +178,7 @@ class StokesFlow:
     def larger(self) -> LargerSpace:
         """The larger density space that measures the mesh's share."""
         schwarz = self.budget.preconditioner == "schwarz"
-        finest = self.solver.finest if self.measured else self.formulation
+        finest = self.solver.finest if self._measured else self.formulation
         builder = two_level_schwarz if schwarz else MassPreconditioner
         return LargerSpace(finest, builder, self.budget.thinness)
 
@@ -237,14 +238,12 @@ class StokesFlow:
         return with_flux_judged(traction, self.budget.traction)
 
     def _solve(self, u: np.ndarray) -> Measured:
-        """Solution for the velocity at the points; a compression that corrections do not cure
-        is built anew, ten times more sharply.
-        """
-        on, tested = self.measured, self._tested(u)
-        for _ in range(TIGHTENED):
+        """Solution; a compression that corrections do not cure is built ten times more sharply."""
+        on, tested = self._measured, self._tested(u)
+        for left in reversed(range(TIGHTENED)):
             measured = self.solver.solve(*tested, compression=on, quadrature=False)
             error = self.solver.error(measured, 0.0)
-            if not error.compression > COMPRESSION * self.budget.traction:
+            if not (left and error.compression > COMPRESSION * self.budget.traction):
                 break
             assert self.compression is not None  # its error is not zero
             finer = TIGHTER * self.compression.tolerance
@@ -261,7 +260,7 @@ class StokesFlow:
         if film_ratio(self.facing) > RESOLVED:
             assert self.facing is not None
             error = replace(error, resolved=False, advice=film_advice(self.facing))
-        if not self.mesh_measured:
+        if not self._mesh_measured:
             return error
         outer = self.larger.formulation.surface.outer
         at = _at(velocity, outer.points) if callable(velocity) else None

@@ -51,6 +51,15 @@ class StVenantKirchhoff:
         return membrane + bending, np.concatenate([n * voigt_e, m * voigt_k], axis=-1), hessian
 
 
+def _bending(
+    material: Material, y: np.ndarray, reference: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Quadratic energy without its membrane part, whose derivatives are to be overwritten."""
+    psi, gradient, hessian = StVenantKirchhoff(material)(y, reference)
+    strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
+    return psi - _quadratic(material.elasticity(), strain)[0], gradient, hessian
+
+
 @dataclass(frozen=True)
 class NeoHookean:
     """Incompressible neo-Hookean membrane with the quadratic bending of [T 2.17].
@@ -78,9 +87,7 @@ class NeoHookean:
     def __call__(
         self, y: np.ndarray, reference: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        psi, gradient, hessian = StVenantKirchhoff(self.material)(y, reference)
-        strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
-        psi = psi - _quadratic(self.material.elasticity(), strain)[0]
+        psi, gradient, hessian = _bending(self.material, y, reference)
         half = self.material.stiffness / 8.0
         det = y[..., 0] * y[..., 1] - y[..., 2] ** 2
         slope = np.stack([y[..., 1], y[..., 0], -2.0 * y[..., 2]], axis=-1)
@@ -121,9 +128,7 @@ class Skalak:
     def __call__(
         self, y: np.ndarray, reference: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        psi, gradient, hessian = StVenantKirchhoff(self.material)(y, reference)
-        strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
-        psi = psi - _quadratic(self.material.elasticity(), strain)[0]
+        psi, gradient, hessian = _bending(self.material, y, reference)
         nu = self.material.poisson_ratio
         quarter, C = self.material.stiffness * (1.0 - nu) / 8.0, nu / (1.0 - nu)
         I1, I2 = y[..., 0] + y[..., 1] - 2.0, y[..., 0] * y[..., 1] - y[..., 2] ** 2 - 1.0

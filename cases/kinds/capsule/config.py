@@ -7,6 +7,7 @@ viscosity against the membrane's shear modulus ``Gs = (1 - nu) / 2``.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -62,7 +63,7 @@ class CapsuleMesh:
 
 
 @dataclass(frozen=True)
-class _Membrane:
+class _Membrane(ABC):
     """Membrane of unit stiffness E h/(1 - nu^2), unstressed in its start shape."""
 
     stiffness: ClassVar[float] = 1.0
@@ -71,9 +72,9 @@ class _Membrane:
     flexural_rigidity: float = rule(1e-5, least=1e-14, most=100.0)
 
     @property
+    @abstractmethod
     def poisson(self) -> float:
         """Ratio nu of small strains."""
-        raise NotImplementedError
 
     @property
     def shear_modulus(self) -> float:

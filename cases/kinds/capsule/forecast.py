@@ -74,7 +74,7 @@ def forecast(scene: CapsuleScene) -> Forecast:
     limit = LIMITS.get(scene.coupling.scheme, np.inf)
     scales = scene.geometry.scales
     asked = budget(f.tolerance, 2.0 * float(scales.min()), float(scales.max()))
-    items += expected_accuracy(asked, asked.orders)
+    items += expected_accuracy(asked, asked.orders, compressed=False)
     warnings = list(asked.warnings)
     if rho > limit:
         warnings.append(

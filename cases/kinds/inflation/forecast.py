@@ -172,7 +172,9 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         Item("time of lubrication", lubrication, "", "gap against membrane tension"),
         Item("mean inflow speed", speed, "", "membrane wave speed is 1"),
         Item("contraction rho", rho, "", f"of plain subiterations at dt = {scene.time.dt:g}"),
-        *expected_accuracy(asked, plan.orders, f.krylov_tolerance),
+        *expected_accuracy(
+            asked, plan.orders, f.krylov_tolerance, compressed=plan.compression is not None
+        ),
         _double_layer(f.viscosity_ratio),
     ]
     warnings = list(asked.warnings)
@@ -221,7 +223,12 @@ def _large(plan: InflationPlan) -> Forecast:
     if plan.has_flow:
         items += [
             *_operator(plan),
-            *expected_accuracy(plan.budget, plan.orders, f.krylov_tolerance),
+            *expected_accuracy(
+                plan.budget,
+                plan.orders,
+                f.krylov_tolerance,
+                compressed=plan.compression is not None,
+            ),
             _double_layer(f.viscosity_ratio),
         ]
         warnings += plan.budget.warnings

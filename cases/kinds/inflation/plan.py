@@ -14,7 +14,7 @@ import numpy as np
 
 from coupling.contact.watch import UNTIL
 from coupling.schemes.contraction import contraction_forecast
-from hbem.accuracy import Budget, budget
+from hbem.accuracy import Budget, budget, larger_unknowns
 from hbem.layers.choice import STORED_LIMIT, Compression, bytes_of, choose
 from hbem.surfaces.quadrature import QuadratureOrders
 from shells.surfaces.tensor_surface import TensorSurface
@@ -141,7 +141,7 @@ class InflationPlan:
     @property
     def larger_unknowns(self) -> int:
         """Unknowns of the larger density space that measures the mesh's share."""
-        return 3 * self.elements * (self.scene.mesh.degree + 1) ** 2
+        return larger_unknowns(self.elements, self.scene.mesh.degree)
 
     @property
     def measures_mesh(self) -> bool:
