@@ -2,8 +2,8 @@
 
 The density is sought in a larger space on the same elements: the polynomials of each by itself,
 with no continuity between them. What the larger space adds to a solution is its discretisation
-error, but for what the larger space still misses: between 0.9 and 1.1 of it where the mesh
-resolves the flow, and far above 1 in gaps that it does not.
+error, but for what the larger space still misses: 0.89 to 1.19 of it on spheres and spheroids
+(`airfold bench honesty`), and far above 1 in gaps that the mesh does not resolve.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def test_quadrature_is_measured_and_corrected(name):
 
 
 def test_the_mesh_s_share_is_its_error():
-    """From 0.93 to 1.11 of the true error on spheres and flat spheroids."""
+    """Against the exact traction of a sphere in shear."""
 
     def shear(x):
         return np.stack([x[:, 1], x[:, 0], 0.0 * x[:, 0]], axis=1)
