@@ -17,7 +17,7 @@ RATIO = {"least": 1e-6, "most": 1e6}
 TIME = {"least": 1e-6, "most": 1e9}
 PILLOW = {"geometry.kind": ("pillow",)}
 FLOW = {"fluid.model": ("stokes",)}
-TESTED = {"contact.test": ("auto", "on")}
+CARRIED = {"contact.force": ("barrier",)}
 ITERATIVE = {**FLOW, "fluid.solver": ("auto", "gmres")}
 
 
@@ -147,14 +147,20 @@ class BagInflow:
 
 
 @dataclass(frozen=True)
-class ContactTest:
-    """Test of configurations for self-intersection, on ``tessellate`` cells a side.
+class BagContact:
+    """Contact of the bag with itself: forces that keep sheets apart, and a test of motions.
 
-    ``test`` "auto" starts at once in a folded bag, elsewhere as soon as contact is possible.
+    ``force`` "barrier" acts from a distance of ``reach`` smallest gaps on, in a folded bag always
+    and elsewhere while contact is possible; ``stiffness`` is the pressure that it is measured by
+    (0: four times the largest one forecast). ``test`` on ``tessellate`` cells a side "auto" starts
+    like the force. With forces it asks that nothing crosses, without that nothing touches.
     """
 
+    force: str = rule("barrier", choices=("barrier", "none"))
+    reach: float = rule(0.15, least=1e-3, most=1.0, only=CARRIED)
+    stiffness: float = rule(0.0, least=0.0, most=1e3, only=CARRIED)
     test: str = rule("auto", choices=("auto", "on", "off"))
-    tessellate: int = rule(3, least=1, most=16, only=TESTED)
+    tessellate: int = rule(3, least=1, most=16)
 
 
 @dataclass(frozen=True)
@@ -172,7 +178,7 @@ class InflationScene:
     inflow: BagInflow = BagInflow()
     time: Time = field(default_factory=Time)
     coupling: Coupling = field(default_factory=Coupling)
-    contact: ContactTest = ContactTest()
+    contact: BagContact = BagContact()
     output: Output = field(default_factory=Output)
     physical: Physical | None = None
 
@@ -195,7 +201,7 @@ SECTIONS: Sections = {
     "inflow": BagInflow,
     "time": Time,
     "coupling": Coupling,
-    "contact": ContactTest,
+    "contact": BagContact,
     "output": Output,
     "physical": Physical,
 }
