@@ -15,6 +15,7 @@ FOLDS = ("flat", "accordion", "roll", "double")
 LENGTH = {"least": 1e-4, "most": 1e4}
 RATIO = {"least": 1e-6, "most": 1e6}
 TIME = {"least": 1e-6, "most": 1e9}
+WRINKLES = {"structure.law": ("tension-field",)}
 PILLOW = {"geometry.kind": ("pillow",)}
 FLOW = {"fluid.model": ("stokes",)}
 CARRIED = {"contact.force": ("barrier",)}
@@ -101,16 +102,26 @@ class BagStructure:
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
     folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
     both from the folded state (only pressure opens it).
+
+    ``law = "tension-field"`` lets the membrane wrinkle without resistance, but for the share
+    ``compression_share`` of its stiffness; only then may the rigidity be below 1e-14, or 0.
     """
 
     stiffness: float = rule(1.0, **RATIO)
     density: float = rule(1.0, least=1e-9, most=1e9)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
-    flexural_rigidity: float = rule(1e-2, least=1e-14, most=100.0)
+    flexural_rigidity: float = rule(1e-2, least=0.0, most=100.0)
+    law: str = rule("svk", choices=("svk", "tension-field"))
+    compression_share: float = rule(1e-3, least=0.0, below=1.0, only=WRINKLES)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("folded", choices=("folded", "flat", "creased"), only=PILLOW)
+
+    @property
+    def kept_compression(self) -> float:
+        """Share of its stiffness that the membrane keeps against compression."""
+        return self.compression_share if self.law == "tension-field" else 1.0
 
 
 @dataclass(frozen=True)
