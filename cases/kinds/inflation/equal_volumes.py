@@ -116,8 +116,8 @@ class RunByVolume:
             return enclosed_volume(between(a.points, b.points, share), quads) - wanted
 
         share = float(brentq(beyond, 0.0, 1.0)) if high > low else 0.0
-        traction = [grid.point_data.get("traction", np.zeros_like(grid.points)) for grid in (a, b)]
-        values = np.linalg.norm(between(*traction, share), axis=1)
+        x, y = (g.point_data.get("traction", np.zeros_like(g.points)) for g in (a, b))
+        values = np.linalg.norm(between(x, y, share), axis=1)
         t = float(self.figure("t", np.array([volume]))[0])
         return BagShot(t, between(a.points, b.points, share), quads, values)
 
