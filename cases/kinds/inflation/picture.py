@@ -193,7 +193,7 @@ def _shade(polygon: np.ndarray) -> float:
 def title(t: float, history: dict[str, np.ndarray]) -> str:
     volume = np.interp(t, history["t"], history["volume"]) / history["volume"][0]
     pressure = np.interp(t, history["t"], history["pressure"])
-    return f"t = {t:g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
+    return f"t = {t:.4g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
 
 
 def _draw_meridians(axes: Axes, shots: list[BagShot]) -> None:

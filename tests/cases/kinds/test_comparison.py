@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from cases.kinds.inflation.animation import at_even_times
 from cases.kinds.inflation.equal_volumes import RunByVolume, common_volumes, largest_excess
-from cases.kinds.inflation.picture import enclosed_volume
+from cases.kinds.inflation.picture import BagShot, enclosed_volume
 from cases.output.figures import NoPicture
 from cases.output.history import History
 from cases.output.vtk import write_frames, write_grid
@@ -69,3 +70,13 @@ def test_largest_excess_is_taken_at_equal_volume(tmp_path):
     assert volume == 8.0
     assert excess == pytest.approx(15.0)
     assert np.isnan(largest_excess(first, boxes(tmp_path / "c", [1.0, 2.0]))[0])
+
+
+def test_a_movie_shows_even_times():
+    """Steps of 8, 1 and 1 become three of 10/3."""
+    shots = [BagShot(t, CORNERS * t, QUADS, np.full(8, 2.0 * t)) for t in (0.0, 8.0, 9.0, 10.0)]
+    shown = list(at_even_times(shots))
+    np.testing.assert_allclose([shot.t for shot in shown], [0.0, 10 / 3, 20 / 3, 10.0])
+    for shot in shown:
+        np.testing.assert_allclose(shot.points, CORNERS * shot.t, atol=1e-14)
+        np.testing.assert_allclose(shot.values, 2.0 * shot.t, atol=1e-14)
