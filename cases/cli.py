@@ -141,7 +141,7 @@ def _parser() -> argparse.ArgumentParser:
         "--beside",
         metavar="DIR",
         type=Path,
-        help="also draw beside.png: cuts of both runs at equal volumes",
+        help="also draw beside.png: both runs in space and in cuts, at equal volumes",
     )
     bench = command("bench", _bench, "run a benchmark: error against time, always both")
     bench.add_argument("name", metavar="NAME", help="see airfold list")
@@ -215,7 +215,8 @@ def _report(options: argparse.Namespace) -> int:
         if options.animation:
             print(f"animation: {animate(options.folder)}")
         if options.beside:
-            print(f"beside: {compare(options.folder, options.beside)}")
+            found = compare(options.folder, options.beside)
+            print("\n".join([f"beside: {found.picture}", *found.lines]))
     except FolderError as error:
         return _bad_input([str(error)])
     return COMPLETED

@@ -29,3 +29,18 @@ def write(scene: AnyScene) -> str:
 def field_names(section: type) -> list[str]:
     """Keys of a dataclass, in order."""
     return [f.name for f in fields(section)]
+
+
+def differences(first: AnyScene, second: AnyScene) -> list[str]:
+    """Keys in which two scenes of one kind differ, ``section.key``; [output] has no effect."""
+    found = [key for key in ("kind",) if getattr(first, key) != getattr(second, key)]
+    for section in field_names(type(first)):
+        if section in TOP or section == "output":
+            continue
+        a, b = getattr(first, section), getattr(second, section, None)
+        if type(a) is not type(b):
+            found.append(section)
+        elif a is not None:
+            keys = field_names(type(a))
+            found += [f"{section}.{k}" for k in keys if getattr(a, k) != getattr(b, k)]
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,11 +12,14 @@ from ..kinds import KINDS
 from ..output.atomic import RecordError
 from ..output.figures import NoPicture
 from ..output.run_record import RunRecord
+from ..scene_text import differences
 from ..sections import AnyScene
 from .folder import FolderError, scene_of
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from ..kinds.inflation.comparison import Comparison
 
 
 def draw(folder: Path) -> Path:
@@ -46,8 +50,13 @@ def animate(folder: Path) -> Path:
         return KINDS[scene.kind].animate(folder)
 
 
-def compare(folder: Path, other: Path) -> Path:
-    """Draw beside.png in ``folder``: cuts of both runs at equal volumes.
+def compare(folder: Path, other: Path) -> Comparison:
+    """Draw beside.png in ``folder``: both runs at equal volumes.
+
+    Returns
+    -------
+    Comparison
+        The last of its lines says what else than the model tells the two scenes apart.
 
     Raises
     ------
@@ -58,8 +67,11 @@ def compare(folder: Path, other: Path) -> Path:
 
     _check(folder)
     _check(other)
+    unlike = differences(scene_of(folder), scene_of(other))
     with _drawing(folder):
-        return comparison(folder / "beside.png", [(folder, other)])
+        found = comparison(folder / "beside.png", folder, other)
+    apart = f"keys that differ: {', '.join(unlike) or 'none'}"
+    return replace(found, lines=(*found.lines, apart))
 
 
 def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord, console: Console) -> Path | None:

@@ -69,6 +69,13 @@ def common_box(shots: list[BagShot]) -> tuple[np.ndarray, np.ndarray]:
     return low, np.max([shot.points.max(axis=0) for shot in shots], axis=0)
 
 
+def enclosed_volume(points: np.ndarray, quads: np.ndarray) -> float:
+    """Volume inside a closed surface of quadrilaterals, each halved along a diagonal."""
+    a, b, c, d = (points[quads[:, k]] for k in range(4))
+    cones = np.einsum("ij,ij->", a, np.cross(b, c) + np.cross(c, d))
+    return float(abs(cones) / 6.0)
+
+
 def area_quantile(shots: list[BagShot]) -> float:
     """Value that all but 2% of the area stays below; small elements must not set the scale."""
     values, areas = [], []
@@ -131,7 +138,7 @@ def draw_shots(
     for k, shot in enumerate(shots):
         axes = figure.add_subplot(grid[k // 3, k % 3], projection="3d")
         draw_shot(cast("Axes3D", axes), shot, colours, low, high)
-        tall = _height_seen(low, high) > 0.8 * (high[0] - low[0])
+        tall = height_seen(low, high) > 0.8 * (high[0] - low[0])
         axes.set_title(title(shot.t, history), fontsize=12, y=0.89 if tall else 0.83)
     bar = figure.colorbar(
         colours, cax=figure.add_axes((0.925, 0.44, 0.012, 0.46)), extend="max", format="%.3g"
@@ -163,14 +170,14 @@ def draw_shot(
     axes.set_zlim(low[2], high[2])
     box = np.array([2 * half[0], max(high[1], 1e-12), 2 * half[2]])
     # matplotlib scales the box by its diagonal: undo that, so that width or height fills the axes
-    zoom = 0.88 * float(np.linalg.norm(box)) / max(box[0], 1.3 * _height_seen(low, high))
+    zoom = 0.88 * float(np.linalg.norm(box)) / max(box[0], 1.3 * height_seen(low, high))
     axes.set_box_aspect(tuple(box), zoom=zoom)
     axes.view_init(elev=ELEVATION, azim=-90)
     axes.set_proj_type("ortho")
     axes.set_axis_off()
 
 
-def _height_seen(low: np.ndarray, high: np.ndarray) -> float:
+def height_seen(low: np.ndarray, high: np.ndarray) -> float:
     """Height of the half y >= 0 of a box as the eye sees it: its top is in view too."""
     tilt = np.radians(ELEVATION)
     return float((high[2] - low[2]) * np.cos(tilt) + max(high[1], 0.0) * np.sin(tilt))
@@ -186,7 +193,7 @@ def _shade(polygon: np.ndarray) -> float:
 def title(t: float, history: dict[str, np.ndarray]) -> str:
     volume = np.interp(t, history["t"], history["volume"]) / history["volume"][0]
     pressure = np.interp(t, history["t"], history["pressure"])
-    return f"t = {t:g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
+    return f"t = {t:.4g}   V/V₀ = {volume:.2f}   p = {pressure:.2e}"
 
 
 def _draw_meridians(axes: Axes, shots: list[BagShot]) -> None:
