@@ -144,7 +144,7 @@ def test_relaxed_iterates_that_cross_fall_back_to_the_structures(scheme):
     result, _ = attempt(scheme, 0.7, 200, inspect=inspect, verify=reached.append)
     assert result.failure is None
     assert result.step.state.coefficients == pytest.approx(B / 1.7, rel=1e-9)
-    assert len(reached) >= 2
+    assert reached
     refused, _ = attempt(
         scheme,
         0.7,
