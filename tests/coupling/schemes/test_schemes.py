@@ -134,12 +134,12 @@ def test_aitken_is_exact_on_one_mode():
     "scheme", [Partitioned(QuasiNewton()), Partitioned(Aitken()), Implicit(), automatic()]
 )
 def test_relaxed_iterates_that_cross_fall_back_to_the_structures(scheme):
-    """Two guesses are refused: what the structure reached, or the accepted one, is assembled."""
+    """Three guesses are refused: what the structure reached, or the accepted one, is assembled."""
     asked, reached = [], []
 
     def inspect(x):
         asked.append(x)
-        return None if len(asked) > 2 else Result.SELF_INTERSECTION
+        return None if len(asked) > 3 else Result.SELF_INTERSECTION
 
     result, _ = attempt(scheme, 0.7, 200, inspect=inspect, verify=reached.append)
     assert result.failure is None
