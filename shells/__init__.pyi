@@ -10,10 +10,12 @@ from .conditions.supports import supported as supported
 from .conditions.supports import symmetry as symmetry
 from .energy.densities import NeoHookean as NeoHookean
 from .energy.densities import Skalak as Skalak
+from .energy.densities import TensionField as TensionField
 from .energy.hyperelastic import HyperelasticShell as HyperelasticShell
 from .energy.kirchhoff_love import KirchhoffLove as KirchhoffLove
 from .energy.material import Material as Material
 from .energy.stress import stress as stress
+from .energy.stress import wrinkling as wrinkling
 from .energy.volume import EnclosedVolume as EnclosedVolume
 from .energy.volume import OpenVolume as OpenVolume
 from .equilibrium.load_paths import load_path as load_path

@@ -44,6 +44,11 @@ class PlanarCurve:
     def length(self) -> float:
         return float(np.sum(self.lengths))
 
+    @property
+    def squared_curvature(self) -> float:
+        """Integral of ``kappa^2`` over the length: twice the bending energy of unit rigidity."""
+        return float(np.asarray(self.lengths) @ np.asarray(self.curvatures) ** 2)
+
     @cached_property
     def _joints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Arclength, angle and position at the start of each piece."""

@@ -40,6 +40,8 @@ class Folding:
         Ranges of x between the folds.
     inlet : float
         x of the middle of the inlet, on the lower sheet.
+    squared_curvature : float
+        Integral of ``kappa^2`` along a sheet, in all directions.
     """
 
     maps: tuple[Map, ...]
@@ -49,6 +51,7 @@ class Folding:
     panel: float
     panels: tuple[Range, ...]
     inlet: float
+    squared_curvature: float = 0.0
 
     @property
     def bending(self) -> float:
@@ -85,6 +88,7 @@ def accordion_folding(folds: int, panel: float, gap: float) -> Folding:
         length,
         panels,
         0.5 * panels[0][1],
+        curve.squared_curvature,
     )
 
 
@@ -113,6 +117,7 @@ def roll_folding(turns: float, pitch: float, gap: float) -> Folding:
         LEAD,
         panels,
         1.0 - 0.5 * LEAD,
+        curve.squared_curvature,
     )
 
 
@@ -145,4 +150,5 @@ def double_folding(folds: int, folds_across: int, panel: float, gap: float) -> F
         first.panel,
         first.panels,
         first.inlet,
+        first.squared_curvature + curve.squared_curvature,
     )

@@ -6,6 +6,7 @@ Samples that coincide at rest are one vertex, so that neighbouring elements shar
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from types import ModuleType
 from typing import Any
 
@@ -75,7 +76,7 @@ class SampledMesh:
         """Whether triangles of this configuration cross each other."""
         ipctk = _quiet_ipctk()
         points = np.asfortranarray(self.sample @ coefficients)
-        return bool(ipctk.has_intersections(self._collision_mesh(points), points))
+        return bool(ipctk.has_intersections(self._collision_mesh, points))
 
     def reaches(self, start: np.ndarray, end: np.ndarray) -> bool:
         """Whether the end is free of contact, and so is the straight way there."""
@@ -95,14 +96,25 @@ class SampledMesh:
         a, b = (np.asfortranarray(self.sample @ c) for c in (start, end))
         return float(
             ipctk.compute_collision_free_stepsize(
-                self._collision_mesh(a), a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+                self._collision_mesh, a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
             )
         )
 
-    def _collision_mesh(self, points: np.ndarray) -> Any:
+    def areas(self, coefficients: np.ndarray) -> np.ndarray:
+        """Area ``(n,)`` of each vertex: a third of its triangles', in some configuration."""
+        corners = (self.sample @ coefficients)[self.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        third = np.repeat(np.linalg.norm(normals, axis=1) / 6.0, 3)
+        return np.bincount(self.triangles.ravel(), third, minlength=self.sample.shape[0])
+
+    @cached_property
+    def _collision_mesh(self) -> Any:
+        """Edges and faces as ipctk keeps them; only how they hang together counts here."""
         ipctk = _quiet_ipctk()
         faces = np.asfortranarray(self.triangles.astype(np.int32))
-        return ipctk.CollisionMesh(points, np.asfortranarray(ipctk.edges(faces)), faces)
+        edges = np.asfortranarray(ipctk.edges(faces))
+        nowhere = np.zeros((self.sample.shape[0], 3), order="F")
+        return ipctk.CollisionMesh(nowhere, edges, faces)
 
 
 def _quiet_ipctk() -> ModuleType:

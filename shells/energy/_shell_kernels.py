@@ -8,6 +8,8 @@ derivatives, z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
 import numpy as np
 from numba import get_num_threads, njit, prange, set_num_threads
 
+from ._membrane_kernels import TAUT, membrane_alone, relax, relaxed_energy, state_of
+
 __all__ = ["FEATURES", "get_num_threads", "set_num_threads"]
 
 FEATURES = 11
@@ -58,10 +60,13 @@ def _strains(g, metric, curvature, nu, e, k):
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def energy(jets, base, weights, metric, curvature, stiffness, flexural, dofs, coefficients, out):
+def energy(
+    jets, base, weights, metric, curvature, stiffness, flexural, share, dofs, coefficients, out
+):
     """Membrane and bending energy of each element into out (n_elements, 2).
 
-    weights (2, n_elements, n_points) are those of membrane and bending energy.
+    weights (2, n_elements, n_points) are those of membrane and bending energy; a share k < 1 of
+    compression asks for the tension field ``(1 - k) W_r + k W``.
     """
     for el in prange(dofs.shape[0]):
         g, nu = np.empty((5, 3)), np.empty(3)
@@ -71,6 +76,12 @@ def energy(jets, base, weights, metric, curvature, stiffness, flexural, dofs, co
             wm, wb = 0.5 * weights[0, el, q], 0.5 * flexural * weights[1, el, q]
             _point_jets(jets[el, q], base[el, q], dofs[el], coefficients, g)
             _strains(g, metric[el, q], curvature[el, q], nu, e, k)
+            if share < 1.0:
+                state = state_of(e, stiffness[el, q])
+                if state != TAUT:
+                    relaxed = relaxed_energy(e, stiffness[el, q], state)
+                    membrane += 2.0 * wm * (1.0 - share) * relaxed
+                    wm *= share
             for r in range(3):
                 for s in range(3):
                     membrane += wm * stiffness[el, q, r, s] * e[r] * e[s]
@@ -146,11 +157,23 @@ def _second_variations(jet, nu, J, n, m, H, dnu, K):
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def force_and_tangent(
-    jets, base, weights, metric, curvature, stiffness, flexural, dofs, coefficients, tangent, R, K
+    jets,
+    base,
+    weights,
+    metric,
+    curvature,
+    stiffness,
+    flexural,
+    share,
+    dofs,
+    coefficients,
+    tangent,
+    R,
+    K,
 ):
     """Variations [T 2.18a, b]: first into R (n_elements, 3 nb), second into K (.., 3 nb, 3 nb).
 
-    weights (2, n_elements, n_points) are those of membrane and bending energy.
+    weights and share are those of `energy`.
     """
     nb = dofs.shape[1]
     nd = 3 * nb
@@ -160,6 +183,7 @@ def force_and_tangent(
         left, right = np.empty((FEATURES, nd)), np.empty((FEATURES, nd))
         Bm, Bb, dnu = left[0:3], left[3:6], left[6:9]
         nuz, Hdnu = left[9], left[10]
+        stress, moduli = np.empty(3), np.empty((3, 3))
         R[el] = 0.0
         if tangent:
             K[el] = 0.0
@@ -170,9 +194,20 @@ def force_and_tangent(
             C = stiffness[el, q]
             _point_jets(jets[el, q], base[el, q], dofs[el], coefficients, g)
             J = _strains(g, metric[el, q], curvature[el, q], nu, e, k)
+            D = C  # of the membrane
             for r in range(3):
                 n[r] = wm * (C[r, 0] * e[0] + C[r, 1] * e[1] + C[r, 2] * e[2])
                 m[r] = wb * (C[r, 0] * k[0] + C[r, 1] * k[1] + C[r, 2] * k[2])
+            if share < 1.0:
+                state = state_of(e, C)
+                if state != TAUT:
+                    relax(e, C, state, share, stress, moduli)
+                    D = moduli
+                    for r in range(3):
+                        n[r] = wm * stress[r]
+            if wb == 0.0:
+                membrane_alone(jets[el, q], g, wm, n, D, left, right, tangent, R[el], K[el])
+                continue
             _first_variations(jets[el, q], g, nu, J, n, m, Bm, Bb, dnu, nuz, Hdnu, H)
             for r in range(nd):
                 total = 0.0
@@ -184,19 +219,19 @@ def force_and_tangent(
             hnu = H[0] * nu[0] + H[1] * nu[1] + H[2] * nu[2]
             for r in range(nd):
                 for c in range(3):
-                    mem = C[c, 0] * Bm[0, r] + C[c, 1] * Bm[1, r] + C[c, 2] * Bm[2, r]
+                    mem = D[c, 0] * Bm[0, r] + D[c, 1] * Bm[1, r] + D[c, 2] * Bm[2, r]
                     ben = C[c, 0] * Bb[0, r] + C[c, 1] * Bb[1, r] + C[c, 2] * Bb[2, r]
                     right[c, r] = wm * mem
                     right[3 + c, r] = wb * ben
                     right[6 + c, r] = -hnu * dnu[c, r]
                 right[9, r] = -Hdnu[r] / J
                 right[10, r] = -nuz[r] / J
-            # points of one energy alone skip the features of the other
-            first, last = 0 if wm != 0.0 else 3, FEATURES if wb != 0.0 else 3
+            # points of bending alone skip the features of the membrane
+            first = 0 if wm != 0.0 else 3
             for r in range(nd):
                 stop = r - r % 3 + 3
                 row = K[el, r]
-                for f in range(first, last):
+                for f in range(first, FEATURES):
                     factor = left[f, r]
                     for c in range(stop):
                         row[c] += factor * right[f, c]

@@ -11,7 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from .material import Material
+from . import _membrane_kernels as kernels
+from .material import Material, check_share
 
 
 class Density(Protocol):
@@ -58,6 +59,73 @@ def _bending(
     psi, gradient, hessian = StVenantKirchhoff(material)(y, reference)
     strain = (y - reference)[..., :3] * np.array([0.5, 0.5, 1.0])
     return psi - _quadratic(material.elasticity(), strain)[0], gradient, hessian
+
+
+def relaxed(
+    material: Material, strain: np.ndarray, share: float
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The tension field at points, by the formulas of `_membrane_kernels`.
+
+    Parameters
+    ----------
+    material : Material
+    strain : (..., 3) array
+        Green strain (E_00, E_11, 2 E_01) in an orthonormal frame.
+    share : float
+        k of ``(1 - k) W_r + k W``.
+
+    Returns
+    -------
+    state : (...) int array
+        0 taut, 1 wrinkled, 2 slack.
+    principal : (..., 2) array
+        Principal strains, larger first.
+    (psi, n, D) : tuple of (...), (..., 3) and (..., 3, 3) arrays
+        Energy per reference area with its derivatives by the strain.
+    """
+    e = np.ascontiguousarray(strain, dtype=float).reshape(-1, 3)
+    m, shape = e.shape[0], strain.shape[:-1]
+    state, principal, psi = np.empty(m, dtype=np.int64), np.empty((m, 2)), np.empty(m)
+    n, D = np.empty((m, 3)), np.empty((m, 3, 3))
+    kernels.points(e, material.elasticity(), share, state, principal, psi, n, D)
+    found = psi.reshape(shape), n.reshape(*shape, 3), D.reshape(*shape, 3, 3)
+    return state.reshape(shape), principal.reshape(*shape, 2), found
+
+
+@dataclass(frozen=True)
+class TensionField:
+    """St. Venant-Kirchhoff membrane that wrinkles, with the quadratic bending of [T 2.17].
+
+    ``(1 - k) W_r + k W`` with the relaxed energy of `_membrane_kernels`: the energy of
+    ``KirchhoffLove(compression_share=k)``, evaluated another way.
+
+    Parameters
+    ----------
+    material : Material
+    compression_share : float
+        k, the share of its stiffness that the membrane keeps against compression.
+
+    Raises
+    ------
+    ValueError
+        A share outside [0, 1].
+    """
+
+    material: Material
+    compression_share: float = 1e-3
+
+    def __post_init__(self) -> None:
+        check_share(self.compression_share)
+
+    def __call__(
+        self, y: np.ndarray, reference: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        bending, gradient, hessian = _bending(self.material, y, reference)
+        voigt = np.array([0.5, 0.5, 1.0])
+        strain = (y - reference)[..., :3] * voigt
+        _, _, (psi, n, D) = relaxed(self.material, strain, self.compression_share)
+        gradient[..., :3], hessian[..., :3, :3] = n * voigt, D * np.outer(voigt, voigt)
+        return psi + bending, gradient, hessian
 
 
 @dataclass(frozen=True)

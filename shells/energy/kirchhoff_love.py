@@ -22,7 +22,7 @@ from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
 from .frame import fundamental_forms
 from .interface import ShellEnergy
-from .material import Material
+from .material import Material, check_share
 from .point_tables import check_bending, point_tables, with_reduced_membrane
 
 
@@ -50,12 +50,17 @@ class KirchhoffLove(ShellEnergy):
         `shells.surfaces.membrane_rule`, with which thin shells do not lock.
     seams : bool
         C0 knot lines are meant: sewn seams, about which the shell turns freely.
+    compression_share : float
+        k of a tension field, the share of its stiffness that the membrane keeps against
+        compression: ``(1 - k) W_r + k W`` with the relaxed energy W_r of `_membrane_kernels`; usual
+        are 1e-4 to 1e-3. 1 is St. Venant-Kirchhoff.
 
     Raises
     ------
     ValueError
-        A scalar basis, an unknown formulation or rule, a rule the surface does not allow; with
-        flexural rigidity, degree 1 or (unless seams are meant) a C0 knot line.
+        A scalar basis, an unknown formulation or rule, a rule the surface does not allow, a share
+        outside [0, 1], a tension field in the classical formulation; with flexural rigidity,
+        degree 1 or (unless seams are meant) a C0 knot line.
     """
 
     basis: SurfaceBasis
@@ -71,6 +76,7 @@ class KirchhoffLove(ShellEnergy):
         chart: Callable | None = None,
         membrane: str = "gauss",
         seams: bool = False,
+        compression_share: float = 1.0,
     ):
         if basis.components != 3:
             raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
@@ -81,7 +87,11 @@ class KirchhoffLove(ShellEnergy):
         if membrane == "reduced" and formulation == "classical":
             raise ValueError("membrane='reduced' needs the parametrization-free formulation")
         check_bending(basis.surface, material, seams)
+        check_share(compression_share)
+        if compression_share < 1.0 and formulation == "classical":
+            raise ValueError("a tension field needs the parametrization-free formulation")
         self.basis, self.material, self.exact_reference = basis, material, exact_reference
+        self.formulation, self.compression_share = formulation, compression_share
         self._tables = point_tables(
             basis,
             material,
@@ -103,7 +113,7 @@ class KirchhoffLove(ShellEnergy):
         rigidity = self.material.flexural_rigidity
         coefficients = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3))
         shape = (t.jets, t.base, t.weights, t.metric, t.curvature, t.elasticity)
-        return (*shape, rigidity, self._dofs, coefficients, *outputs)
+        return (*shape, rigidity, self.compression_share, self._dofs, coefficients, *outputs)
 
     def elements(self, x: np.ndarray, tangent: bool) -> tuple[np.ndarray, np.ndarray]:
         """Element arrays of W' and, if asked for, W''.

@@ -64,3 +64,15 @@ class Material:
                 shear = a[..., i, k] * a[..., j, m] + a[..., i, m] * a[..., j, k]
                 C[..., r, s] = nu * a[..., i, j] * a[..., k, m] + 0.5 * (1.0 - nu) * shear
         return self.stiffness * C
+
+
+def check_share(share: float) -> None:
+    """Refuse a share of compression outside [0, 1].
+
+    Raises
+    ------
+    ValueError
+        Naming it.
+    """
+    if not 0.0 <= share <= 1.0:
+        raise ValueError(f"compression_share = {share:g} must lie in [0, 1], usual is 1e-3")

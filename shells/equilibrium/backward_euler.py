@@ -1,7 +1,7 @@
 """Backward-Euler steps [T 6.11] of a shell with an enclosed volume, and their inverse tangent.
 
 ``M ((theta - theta_n)/dt^2 - v_n/dt) + W'(theta) - p Q'(theta) + C v = load, Q(theta) = V`` with
-``v = (theta - theta_n)/dt``, solved by Newton on free coordinates ``theta = theta_n + E q``.
+``v = (theta - theta_n)/dt``, solved by a `Descent` on free coordinates ``theta = theta_n + E q``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from . import newton
 from .balance import Balance
+from .descent import Descent
 from .state import MotionState, ShellState, ShellStep
 from .supported_shell import SupportedShell
 
@@ -42,9 +43,15 @@ def step(
     elif damping is not None:
         C = damping.dense() if hasattr(damping, "dense") else damping
         operator = operator.toarray() + (s.E.T @ (s.E.T @ C.T).T) / dt
-    start = guess - state.coefficients if guess is not None else dt * state.velocity
-    balance = Balance(s, state.coefficients, volume, linear, operator, damping=action)
-    result = balance.solve(s.reduce(start), state.pressure)
+    contact = None if s.contact is None else s.contact.at(state.t + dt)
+    balance = Balance(
+        s, state.coefficients, volume, linear, operator, damping=action, contact=contact
+    )
+    start = s.reduce(guess - state.coefficients if guess is not None else dt * state.velocity)
+    still = np.zeros_like(start)
+    if balance.free_step(still, start) < 1.0 or not np.isfinite(balance.potential(start)[0]):
+        start = still
+    result = Descent(balance).solve(start, state.pressure)
     increment = s.expand(result.x)
     new = ShellState(
         state.t + dt, state.coefficients + increment, increment / dt, -result.multiplier
@@ -60,7 +67,11 @@ def inverse_tangent(structure: SupportedShell, state: MotionState, dt: float) ->
     if s.enclosed is not None:
         _, gradient, hessian = s.enclosed.derivatives(c)
         tangent, row = tangent - state.pressure * hessian, s.E_shell.T @ gradient
-    solve = newton.factorize(s.M_free / dt**2 + s.E_shell.T @ tangent @ s.E_shell)
+    free = s.M_free / dt**2 + s.E_shell.T @ tangent @ s.E_shell
+    if s.contact is not None:
+        _, stiffness = s.contact.at(state.t + dt).derivatives(state.coefficients)
+        free = free + s.E.T @ stiffness @ s.E
+    solve = newton.factorize(free)
     along = None if row is None else solve(row)
 
     def apply(b: np.ndarray) -> np.ndarray:

@@ -74,12 +74,15 @@ class Equations:
         Gradient q of the constraint, if there is one.
     defect : float
         Value g of the constraint.
+    touching : bool
+        Whether contact forces act.
     """
 
     residual: np.ndarray
     tangent: Matrix | None
     row: np.ndarray | None = None
     defect: float = 0.0
+    touching: bool = False
 
 
 class TangentFactor(Protocol):
@@ -193,7 +196,7 @@ def solve(
         try:
             if kept and factored is not None:
                 dx, step = factored.bordered(at.residual, at.row, at.defect)
-                kept = _worth_keeping(_size(dx), history[-1], reuse, tolerance)
+                kept = worth_keeping(_size(dx), history[-1], reuse, tolerance)
                 at = at if kept or at.tangent is not None else system(x, multiplier, True)
             if not kept:
                 factored, count = factor(at.tangent), count + 1
@@ -201,7 +204,7 @@ def solve(
         except (RuntimeError, np.linalg.LinAlgError, ValueError):
             return ended(NewtonOutcome.SINGULAR)
         if _size(dx) > reach:
-            return ended(_beyond(at, dx, step))
+            return ended(beyond(at, dx, step))
         x += dx
         multiplier += step
         history.append(_size(dx))
@@ -212,7 +215,7 @@ def solve(
     return ended(NewtonOutcome.LIMIT)
 
 
-def _beyond(at: Equations, dx: np.ndarray, step: float) -> NewtonOutcome:
+def beyond(at: Equations, dx: np.ndarray, step: float) -> NewtonOutcome:
     """What an enormous update means: rounding for a stiffness, or the answer to a huge load."""
     if at.tangent is None:
         return NewtonOutcome.DIVERGED
@@ -228,7 +231,7 @@ def _size(update: np.ndarray) -> float:
     return float(np.abs(update).max())
 
 
-def _worth_keeping(update: float, last: float, reuse: float, tolerance: float) -> bool:
+def worth_keeping(update: float, last: float, reuse: float, tolerance: float) -> bool:
     """Whether a kept factor's update contracts, and will meet the tolerance in a few more."""
     contraction = update / last
     return contraction < reuse and update * contraction**CHORDS <= tolerance

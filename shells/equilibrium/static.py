@@ -18,6 +18,8 @@ def static_equilibrium(
     load: np.ndarray | Follower | None,
 ) -> ShellStep:
     """Equilibrium near a configuration; parameters and errors as in `ShellStructure.static`."""
+    if structure.contact is not None:
+        raise ValueError("static equilibria know no contact: take steps in time until it rests")
     structure.mechanism.refuse(dead=not callable(load))
     linear = np.zeros(structure.E.shape[1])
     follower = None

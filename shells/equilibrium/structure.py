@@ -43,6 +43,8 @@ class ShellStructure(SupportedShell):
         Keep a factor of the tangent while its updates fall below this fraction of the last and
         meet the tolerance soon (0: never). It saves factors, never at the price of many
         iterations.
+    contact : Contact, optional
+        Acts in steps in time; static equilibria refuse it.
 
     Raises
     ------
@@ -73,7 +75,8 @@ class ShellStructure(SupportedShell):
             C with ``C v`` added to the residual; an operator with ``dense()`` enters the factor,
             any other is applied inside GMRES.
         guess : (n_full, 3) array, optional
-            Start of Newton's iteration; default the predictor ``theta_n + dt v_n``.
+            Start of Newton's iteration; default the predictor ``theta_n + dt v_n``. With contact,
+            ``theta_n`` where something crosses on the way to it.
 
         Returns
         -------
@@ -96,7 +99,7 @@ class ShellStructure(SupportedShell):
         return backward_euler.inverse_tangent(self, state, dt)
 
     def energies(self, state: MotionState) -> dict[str, float]:
-        """Kinetic, membrane and bending energy of a state.
+        """Kinetic, membrane and bending energy of a state, and that of contact forces.
 
         Parameters
         ----------
@@ -105,7 +108,7 @@ class ShellStructure(SupportedShell):
         Returns
         -------
         dict
-            Keys "kinetic", "membrane" and "bending".
+            Keys "kinetic", "membrane" and "bending"; "contact" only with contact.
         """
         return energy_budget.energies(self, state)
 
@@ -130,7 +133,8 @@ class ShellStructure(SupportedShell):
         Returns
         -------
         dict
-            Keys "pressure_work", "load_work" and "dissipation".
+            Keys "pressure_work", "load_work" and "dissipation"; the work of obstacles that move
+            is load's.
         """
         return energy_budget.budget(self, start, end, load, acceleration)
 
@@ -164,6 +168,7 @@ class ShellStructure(SupportedShell):
         Raises
         ------
         ValueError
-            Supports that leave a rigid motion free (a mechanism), or a load on supports only.
+            Supports that leave a rigid motion free (a mechanism), a load on supports only, or
+            contact, whose forces take steps that nothing crosses in.
         """
         return static_equilibrium(self, coefficients, volume, pressure, load)

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 from ..conditions.rigid_motions import Mechanism, mechanism
 from ..energy.interface import Enclosure, ShellEnergy
 from . import newton
+from .contact import Contact
 
 
 class SupportedShell:
@@ -29,6 +30,7 @@ class SupportedShell:
     M : (n, n) sparse matrix
         Mass of the shell; ``M_free`` on free coordinates.
     enclosed : Enclosure or None
+    contact : Contact or None
     n, dimension : int
         Vector dofs of the shell, and components of each coefficient.
     length : float
@@ -45,6 +47,7 @@ class SupportedShell:
         max_iterations: int = 25,
         solver: newton.LinearSolver = newton.factorize,
         reuse: float = 0.0,
+        contact: Contact | None = None,
     ):
         self.shell, self.E, self.enclosed = shell, extraction.tocsr(), volume
         self.n, self.dimension = shell.basis.N, shell.basis.dimension
@@ -58,7 +61,7 @@ class SupportedShell:
         self.M_free = (self.E_shell.T @ self.M @ self.E_shell).tocsr()
         self.length = float(np.ptp(shell.basis.reference.value.reshape(-1, d), axis=0).max())
         self.tolerance, self.max_iterations = tolerance * self.length, max_iterations
-        self.solver, self.reuse = solver, reuse
+        self.solver, self.reuse, self.contact = solver, reuse, contact
 
     @cached_property
     def mechanism(self) -> Mechanism:

@@ -88,7 +88,15 @@ def test_all_problems_at_once(tmp_path):
     [
         (
             "[structure]\nflexural_rigidity = -1.0",
-            "structure.flexural_rigidity: -1.0 must be at least 1e-14",
+            "structure.flexural_rigidity: -1.0 must be at least 0",
+        ),
+        (
+            "[structure]\nflexural_rigidity = 0",
+            "structure.flexural_rigidity: 0 lets a compressed sheet crumple",
+        ),
+        (
+            '[structure]\nlaw = "tension-field"\nflexural_rigidity = 0\ncompression_share = 0',
+            "structure.compression_share: 0 without flexural rigidity",
         ),
         ("[mesh]\ndisc = 0", "mesh.disc: 0 must be at least 1"),
         ('[geometry]\nkind = "sphere"', "geometry.kind: \"sphere\" is none of 'pancake', 'pillow'"),

@@ -83,7 +83,13 @@ def structure(scene: InflationScene, body: Bag) -> ShellStructure:
     lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])
     offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
-    shell = KirchhoffLove(basis, material, curvature=curvature, membrane=c.membrane)
+    shell = KirchhoffLove(
+        basis,
+        material,
+        curvature=curvature,
+        membrane=c.membrane,
+        compression_share=c.kept_compression,
+    )
     return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
 
 

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import math
 
-from .config import InflationScene, PancakeGeometry, PancakeMesh, PillowGeometry, PillowMesh
+from .config import (
+    BagStructure,
+    InflationScene,
+    PancakeGeometry,
+    PancakeMesh,
+    PillowGeometry,
+    PillowMesh,
+)
 
+THIN = 1e-14  # smallest flexural rigidity without a tension field
 CRUMPLED = 4096  # elements
 THINNEST = 1e-5  # gap over extent: beyond it lubrication amplifies rounding to visible errors
 
@@ -33,6 +41,7 @@ def impossible(scene: InflationScene) -> list[str]:
             f"inflow.t2: {scene.inflow.t2:g} lies before the end of the ramp, "
             f"inflow.t1 = {scene.inflow.t1:g}",
         ),
+        *_impossible_cloth(scene.structure),
         *scene.time.impossible(),
     ]
     if isinstance(g, PancakeGeometry) and isinstance(m, PancakeMesh):
@@ -40,6 +49,23 @@ def impossible(scene: InflationScene) -> list[str]:
     if isinstance(g, PillowGeometry) and isinstance(m, PillowMesh):
         cases = [*cases, *_impossible_folds(g, m)]
     return [message for wrong, message in cases if wrong]
+
+
+def _impossible_cloth(c: BagStructure) -> list[tuple[bool, str]]:
+    """Sheets that nothing holds where they are compressed."""
+    return [
+        (
+            c.law == "svk" and c.flexural_rigidity < THIN,
+            f"structure.flexural_rigidity: {c.flexural_rigidity:g} lets a compressed sheet crumple "
+            f"at the size of its elements; use at least {THIN:g}, or structure.law = "
+            "'tension-field', under which sheets wrinkle without resistance",
+        ),
+        (
+            c.kept_compression == 0.0 and c.flexural_rigidity == 0.0,
+            "structure.compression_share: 0 without flexural rigidity leaves slack cloth no "
+            "stiffness at all; use 1e-3, or a structure.flexural_rigidity above 0",
+        ),
+    ]
 
 
 def _impossible_pancake(g: PancakeGeometry, m: PancakeMesh) -> list[tuple[bool, str]]:

@@ -15,9 +15,10 @@ FOLDS = ("flat", "accordion", "roll", "double")
 LENGTH = {"least": 1e-4, "most": 1e4}
 RATIO = {"least": 1e-6, "most": 1e6}
 TIME = {"least": 1e-6, "most": 1e9}
+WRINKLES = {"structure.law": ("tension-field",)}
 PILLOW = {"geometry.kind": ("pillow",)}
 FLOW = {"fluid.model": ("stokes",)}
-TESTED = {"contact.test": ("auto", "on")}
+CARRIED = {"contact.force": ("barrier",)}
 ITERATIVE = {**FLOW, "fluid.solver": ("auto", "gmres")}
 
 
@@ -101,16 +102,26 @@ class BagStructure:
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
     folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
     both from the folded state (only pressure opens it).
+
+    ``law = "tension-field"`` lets the membrane wrinkle without resistance, but for the share
+    ``compression_share`` of its stiffness; only then may the rigidity be below 1e-14, or 0.
     """
 
     stiffness: float = rule(1.0, **RATIO)
     density: float = rule(1.0, least=1e-9, most=1e9)
     poisson_ratio: float = rule(0.0, above=-1.0, most=0.5)
-    flexural_rigidity: float = rule(1e-2, least=1e-14, most=100.0)
+    flexural_rigidity: float = rule(1e-2, least=0.0, most=100.0)
+    law: str = rule("svk", choices=("svk", "tension-field"))
+    compression_share: float = rule(1e-3, least=0.0, below=1.0, only=WRINKLES)
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("folded", choices=("folded", "flat", "creased"), only=PILLOW)
+
+    @property
+    def kept_compression(self) -> float:
+        """Share of its stiffness that the membrane keeps against compression."""
+        return self.compression_share if self.law == "tension-field" else 1.0
 
 
 @dataclass(frozen=True)
@@ -147,14 +158,20 @@ class BagInflow:
 
 
 @dataclass(frozen=True)
-class ContactTest:
-    """Test of configurations for self-intersection, on ``tessellate`` cells a side.
+class BagContact:
+    """Contact of the bag with itself: forces that keep sheets apart, and a test of motions.
 
-    ``test`` "auto" starts at once in a folded bag, elsewhere as soon as contact is possible.
+    ``force`` "barrier" acts from a distance of ``reach`` smallest gaps on, in a folded bag always
+    and elsewhere while contact is possible; ``stiffness`` is the pressure that it is measured by
+    (0: four times the largest one forecast). ``test`` on ``tessellate`` cells a side "auto" starts
+    like the force. With forces it asks that nothing crosses, without that nothing touches.
     """
 
+    force: str = rule("barrier", choices=("barrier", "none"))
+    reach: float = rule(0.15, least=1e-3, most=1.0, only=CARRIED)
+    stiffness: float = rule(0.0, least=0.0, most=1e3, only=CARRIED)
     test: str = rule("auto", choices=("auto", "on", "off"))
-    tessellate: int = rule(3, least=1, most=16, only=TESTED)
+    tessellate: int = rule(3, least=1, most=16)
 
 
 @dataclass(frozen=True)
@@ -172,7 +189,7 @@ class InflationScene:
     inflow: BagInflow = BagInflow()
     time: Time = field(default_factory=Time)
     coupling: Coupling = field(default_factory=Coupling)
-    contact: ContactTest = ContactTest()
+    contact: BagContact = BagContact()
     output: Output = field(default_factory=Output)
     physical: Physical | None = None
 
@@ -195,7 +212,7 @@ SECTIONS: Sections = {
     "inflow": BagInflow,
     "time": Time,
     "coupling": Coupling,
-    "contact": ContactTest,
+    "contact": BagContact,
     "output": Output,
     "physical": Physical,
 }

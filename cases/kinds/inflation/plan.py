@@ -22,6 +22,7 @@ from shells.surfaces.tensor_surface import TensorSurface
 from ...geometry.bag import Bag
 from ...machine import memory_bytes
 from ..sizes import NEAR_BYTES, SHARE, Sizes, dense_bytes, response_bytes, shell_bytes
+from .carried import FLOOR, Carried, carried
 from .config import InflationScene, PillowGeometry
 from .initial_bag import counts, initial_bag, narrowest
 
@@ -62,8 +63,20 @@ class InflationPlan:
 
     @cached_property
     def budget(self) -> Budget:
-        """Tolerances of the boundary integrals from the traction error and the narrowest gap."""
-        return budget(self.scene.fluid.tolerance, *narrowest(self.scene))
+        """Tolerances of the boundary integrals from the traction error and the narrowest gap.
+
+        In a folded bag that is the distance which contact guarantees.
+        """
+        gap, extent = narrowest(self.scene)
+        c = self.scene.contact
+        if self.folded and c.force == "barrier":
+            gap *= FLOOR * c.reach
+        return budget(self.scene.fluid.tolerance, gap, extent)
+
+    @cached_property
+    def carried(self) -> Carried | None:
+        """Numbers of the contact potential; None where contact carries nothing."""
+        return carried(self.scene, self.bag)
 
     @cached_property
     def orders(self) -> QuadratureOrders:
@@ -154,11 +167,16 @@ class InflationPlan:
         return self.scene.fluid.model != "pressure"
 
     @property
+    def folded(self) -> bool:
+        """Whether sheets lie close to each other from the start."""
+        g = self.scene.geometry
+        return isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
+
+    @property
     def tested(self) -> str:
         """Whether configurations are tested for self-intersection: "on", "off", or when due."""
-        g, test = self.scene.geometry, self.scene.contact.test
-        folded = isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
-        return "on" if test == "auto" and folded else test
+        test = self.scene.contact.test
+        return "on" if test == "auto" and self.folded else test
 
     def skips(self) -> tuple[str, ...]:
         """What this scene does not need and a run therefore leaves out."""
@@ -179,6 +197,10 @@ class InflationPlan:
         if self.tested != "on":
             why = UNTIL if self.tested == "auto" else "contact.test = 'off'"
             skips.append(f"test for self-intersection: {why}")
+        if self.scene.contact.force == "none":
+            skips.append("contact forces: contact.force = 'none'; sheets that meet end the run")
+        elif not self.folded:
+            skips.append(f"contact forces: {UNTIL}")
         return tuple(skips)
 
 

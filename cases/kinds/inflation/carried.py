@@ -1,0 +1,68 @@
+"""Numbers of the contact potential of a bag: its reach from the gap, its stiffness from a pressure.
+
+A fold opens when the pressure has done its bending energy as work: ``p = rigidity int kappa^2 /
+(V_T - V_0)``, both sheets together. Bags of rigidity 1e-7 to 1e-5 were opened by 0.5 to 1.4 times
+that; contact lines carry up to four times the pressure inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...geometry.bag import Bag
+from ...geometry.folded import FoldedBag
+from .config import InflationScene
+
+MARGIN = 1.5  # largest pressure over that of the folds' energy
+LINES = 4.0  # pressure of a line of contact over the one inside
+FLAT = 0.02  # pressure of a bag without folds, times its extent: half full
+FLOOR = 0.4  # of the reach: nearest that sheets come where the stiffness is right
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What contact acts by.
+
+    Attributes
+    ----------
+    reach : float
+        Distance from which on sheets push each other apart.
+    stiffness : float
+        Pressure of the potential: 1.2 times it at half of the reach, 3.3 at three tenths.
+    pressure : float
+        Largest excess pressure that is forecast.
+    """
+
+    reach: float
+    stiffness: float
+    pressure: float
+
+    @property
+    def floor(self) -> float:
+        """Distance that contact keeps between sheets."""
+        return FLOOR * self.reach
+
+
+def carried(scene: InflationScene, body: Bag) -> Carried | None:
+    """The numbers of a scene; None where contact carries nothing."""
+    c = scene.contact
+    if c.force == "none":
+        return None
+    forecast = opening_pressure(scene, body)
+    return Carried(c.reach * body.gap, c.stiffness or LINES * forecast, forecast)
+
+
+def opening_pressure(scene: InflationScene, body: Bag) -> float:
+    """Largest excess pressure expected while the folds of a bag open."""
+    turned = body.folding.squared_curvature if isinstance(body, FoldedBag) else 0.0
+    # bags without folds: sheets as wide as the bag bulge
+    if not turned:
+        return FLAT * scene.structure.stiffness / body.extent
+    rise = abs(scene.inflow.final_volume - 1.0) * body.exact_volume
+    work = scene.structure.flexural_rigidity * turned * width_of(scene)
+    return MARGIN * work / max(rise, 0.1 * body.exact_volume)
+
+
+def width_of(scene: InflationScene) -> float:
+    """Length of the folds: the width of the bag."""
+    return float(getattr(scene.geometry, "width", 1.0))
