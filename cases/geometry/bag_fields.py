@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -13,6 +13,11 @@ from scipy.spatial import cKDTree
 from coupling.contact.sampled_mesh import SampledMesh, halve_quadrilaterals
 
 from .bag_sampler import BagSampler
+
+if TYPE_CHECKING:
+    from shells.energy.kirchhoff_love import KirchhoffLove
+
+AT_REST = 1e-10  # strains below which the signs of strains are rounding
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,17 @@ class Zones:
 
     points: np.ndarray
     state: Callable[[np.ndarray], np.ndarray]
+
+    @classmethod
+    def of(cls, shell: KirchhoffLove) -> Zones:
+        """Zones of a shell at its quadrature points."""
+        from shells.energy.stress import wrinkling
+
+        def state(coefficients: np.ndarray) -> np.ndarray:
+            found = wrinkling(shell, coefficients)
+            return np.where(np.abs(found.strains).max(axis=-1) > AT_REST, found.state, 0)
+
+        return cls(shell.basis.X, state)
 
 
 @dataclass(frozen=True)
