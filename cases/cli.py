@@ -138,6 +138,9 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("folder", metavar="DIR", type=Path, help="run folder")
     report.add_argument("--animation", action="store_true", help="also draw animation.gif")
     report.add_argument(
+        "--loads", action="store_true", help="also draw loads.png: contact and wrinkles"
+    )
+    report.add_argument(
         "--beside",
         metavar="DIR",
         type=Path,
@@ -208,12 +211,14 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> int:
     from .runs.folder import FolderError
-    from .runs.pictures import animate, compare, draw
+    from .runs.pictures import animate, compare, draw, draw_loads
 
     try:
         print(f"picture: {draw(options.folder)}")
         if options.animation:
             print(f"animation: {animate(options.folder)}")
+        if options.loads:
+            print(f"loads: {draw_loads(options.folder)}")
         if options.beside:
             found = compare(options.folder, options.beside)
             print("\n".join([f"beside: {found.picture}", *found.lines]))

@@ -11,8 +11,11 @@ from .vtk import read_frames
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
 LIGHT = np.array([-0.3, -0.7, 0.65])  # direction the light comes from
+
+GROWN = 1.35  # size of axes in space over that of their cell
 
 
 class NoPicture(ValueError):
@@ -45,6 +48,13 @@ def new_figure(**options: Any) -> Figure:
     return figure
 
 
+def grown(place: Bbox) -> tuple[float, float, float, float]:
+    """A cell of a figure's grid with the empty rim that axes in space have outside of it."""
+    wide, tall = GROWN * place.width, GROWN * place.height
+    x, y = 0.5 * (place.x0 + place.x1), 0.5 * (place.y0 + place.y1)
+    return x - 0.5 * wide, y - 0.5 * tall, wide, tall
+
+
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure; the old file stays whole until the new one is complete."""
     part = path.with_name(f"{path.stem}.part{path.suffix}")
@@ -74,23 +84,33 @@ def clipped(
     """
     points = _snapped(points)
     mean = values[quads].mean(axis=1)
-    touched = np.flatnonzero((points[quads, 1] > 0.0).any(axis=1))
+    touched = upper_cells(points, quads)
     polygons = [_upper(points[quads[q]]) for q in touched]
     return polygons, mean[touched]
 
 
 def section(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """Segments ``(k, 2, 3)`` in which the surface meets y = 0."""
+    return section_with_cells(points, quads)[0]
+
+
+def section_with_cells(points: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Segments of `section` and the quadrilateral ``(k,)`` that each is cut from."""
     points = _snapped(points)
-    y = points[quads, 1]
-    polygons = (_upper(points[quad]) for quad in quads[(y > 0.0).any(axis=1)])
+    cells = upper_cells(points, quads)
     segments = [
-        (a, b)
-        for polygon in polygons
+        (a, b, q)
+        for q, polygon in ((q, _upper(points[quads[q]])) for q in cells)
         for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)
         if a[1] == 0.0 and b[1] == 0.0
     ]
-    return np.array(segments).reshape(-1, 2, 3)
+    lines = np.array([(a, b) for a, b, _ in segments]).reshape(-1, 2, 3)
+    return lines, np.array([q for *_, q in segments], dtype=int)
+
+
+def upper_cells(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """Quadrilaterals that reach above y = 0: those that `clipped` keeps, in its order."""
+    return np.flatnonzero((_snapped(points)[quads, 1] > 0.0).any(axis=1))
 
 
 def _snapped(points: np.ndarray) -> np.ndarray:

@@ -50,6 +50,21 @@ def animate(folder: Path) -> Path:
         return KINDS[scene.kind].animate(folder)
 
 
+def draw_loads(folder: Path) -> Path:
+    """Draw loads.png of a run folder: contact pressure and wrinkled zones.
+
+    Raises
+    ------
+    FolderError
+        Frames without either.
+    """
+    from ..kinds.inflation.loads import loads
+
+    _check(folder)
+    with _drawing(folder):
+        return loads(folder)
+
+
 def compare(folder: Path, other: Path) -> Comparison:
     """Draw beside.png in ``folder``: both runs at equal volumes.
 

@@ -12,20 +12,18 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ...output.figures import new_figure, save, section
+from ...output.figures import grown, new_figure, save, section
 from .equal_volumes import RunByVolume, common_volumes, largest_excess
-from .picture import COLOURS, BagShot, area_quantile, common_box, draw_shot, height_seen
+from .picture import COLOURS, BagShot, area_quantile, cell_height, common_box, draw_shot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
-    from matplotlib.transforms import Bbox
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 COLUMNS = 5
 WIDTH, CURVES = 15.0, 3.4  # inches
-GROWN = 1.35  # size of axes in space over that of their cell
 RUNS = ("tab:blue", "tab:red")
 PLAIN = "#d9d2c4"  # a bag without a traction
 FIGURES = {"panel_angle": "largest panel angle, degrees", "pressure": "pressure"}
@@ -59,7 +57,7 @@ def comparison(path: Path, folder: Path, other: Path) -> Comparison:
     shots = [[run.at(v) for v in volumes] for run in runs]
     low, high = common_box([*shots[0], *shots[1]])
     names = _names(runs)
-    tall = WIDTH / COLUMNS * height_seen(low, high) / (high[0] - low[0]) + 0.35
+    tall = cell_height(WIDTH / COLUMNS, low, high)
     flat = WIDTH / COLUMNS * (high[2] - low[2]) / (high[0] - low[0]) + 0.35
     figure = new_figure(figsize=(WIDTH, 2 * tall + flat + CURVES), dpi=100)
     rows = figure.add_gridspec(
@@ -70,7 +68,7 @@ def comparison(path: Path, folder: Path, other: Path) -> Comparison:
         row = rows[k].subgridspec(1, COLUMNS, wspace=0.0)
         for j, shot in enumerate(shots[k]):
             place = row[j].get_position(figure)
-            axes = cast("Axes3D", figure.add_axes(_grown(place), projection="3d"))
+            axes = cast("Axes3D", figure.add_axes(grown(place), projection="3d"))
             axes.patch.set_alpha(0.0)
             draw_shot(axes, shot, colours, low, high)
             p = run.figure("pressure", volumes[j : j + 1])[0]
@@ -100,13 +98,6 @@ def _colours(run: RunByVolume, shots: list[BagShot]) -> ScalarMappable:
     return ScalarMappable(Normalize(0.0, area_quantile(shots) or 1.0), COLOURS)
 
 
-def _grown(place: Bbox) -> tuple[float, float, float, float]:
-    """A cell of the grid with the empty rim that axes in space have outside of it."""
-    wide, tall = GROWN * place.width, GROWN * place.height
-    x, y = 0.5 * (place.x0 + place.x1), 0.5 * (place.y0 + place.y1)
-    return x - 0.5 * wide, y - 0.5 * tall, wide, tall
-
-
 def _bar(figure: Figure, colours: ScalarMappable, middle: float, tall: float) -> None:
     height = 0.6 * tall / figure.get_size_inches()[1]
     place = figure.add_axes((0.94, middle - 0.5 * height, 0.008, height))
@@ -120,7 +111,8 @@ def _cuts(
 ) -> None:
     from matplotlib.collections import LineCollection
 
-    low, high = box
+    margin = 0.03 * float((box[1] - box[0]).max())
+    low, high = box[0] - margin, box[1] + margin
     for j, volume in enumerate(volumes):
         axes = figure.add_subplot(row[j])
         for k in range(2):

@@ -51,7 +51,7 @@ def overview(folder: Path, scene: TimedScene) -> Path:
 
     frames = frames_of(folder)
     history = read_history(folder / "history.csv")
-    shots, quantity = read_shots(folder, _chosen(frames, history))
+    shots, quantity = read_shots(folder, chosen(frames, history))
     figure = new_figure(figsize=(15, 11.5), dpi=110)
     upper = figure.add_gridspec(2, 3, left=0.03, right=0.91, top=1.02, bottom=0.34, hspace=-0.1)
     lower = figure.add_gridspec(
@@ -89,7 +89,7 @@ def area_quantile(shots: list[BagShot]) -> float:
     return float(value[order][np.searchsorted(share, QUANTILE * share[-1])])
 
 
-def _chosen(
+def chosen(
     frames: list[tuple[float, str]], history: dict[str, np.ndarray]
 ) -> list[tuple[float, str]]:
     """Frames along growing increments of volume (of time, if it does not change).
@@ -150,12 +150,19 @@ def draw_shot(
     axes: Axes3D, shot: BagShot, colours: ScalarMappable, low: np.ndarray, high: np.ndarray
 ) -> None:
     """The half y >= 0 of the surface, seen from slightly above, and its cut."""
+    _, values = clipped(shot.points, shot.quads, shot.values)
+    draw_surface(axes, shot, np.asarray(colours.to_rgba(values)), low, high)
+
+
+def draw_surface(
+    axes: Axes3D, shot: BagShot, rgba: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> None:
+    """The half y >= 0 in colours ``(n_cells, 4)`` of its cells (`upper_cells`), and its cut."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-    polygons, values = clipped(shot.points, shot.quads, shot.values)
-    shade = np.array([_shade(polygon) for polygon in polygons])[:, None]
-    rgba = colours.to_rgba(values)
-    rgba[:, :3] *= shade
+    polygons, _ = clipped(shot.points, shot.quads, shot.values)
+    rgba = rgba.copy()
+    rgba[:, :3] *= np.array([_shade(polygon) for polygon in polygons])[:, None]
     axes.add_collection3d(
         Poly3DCollection(polygons, facecolors=rgba, edgecolors=rgba, linewidths=0.3)
     )
@@ -181,6 +188,11 @@ def height_seen(low: np.ndarray, high: np.ndarray) -> float:
     """Height of the half y >= 0 of a box as the eye sees it: its top is in view too."""
     tilt = np.radians(ELEVATION)
     return float((high[2] - low[2]) * np.cos(tilt) + max(high[1], 0.0) * np.sin(tilt))
+
+
+def cell_height(width: float, low: np.ndarray, high: np.ndarray) -> float:
+    """Height of a grid's cell of some width in which `draw_surface` shows a box."""
+    return width * min(height_seen(low, high) / float(high[0] - low[0]), 0.85) + 0.35
 
 
 def _shade(polygon: np.ndarray) -> float:

@@ -5,6 +5,7 @@ import pytest
 
 from cases.kinds.inflation.animation import at_even_times
 from cases.kinds.inflation.equal_volumes import RunByVolume, common_volumes, largest_excess
+from cases.kinds.inflation.loads import loads
 from cases.kinds.inflation.picture import BagShot, enclosed_volume
 from cases.output.figures import NoPicture
 from cases.output.history import History
@@ -16,18 +17,23 @@ QUADS = np.array(
 )
 
 
-def boxes(folder, sides, angles=None):
+def boxes(folder, sides, angles=None, loaded=False):
     """A run of cubes of given sides, ten units of time apart."""
     folder.mkdir()
     frames, history = [], History(folder / "history.csv")
     for k, side in enumerate(sides):
         data = {"traction": np.full((8, 3), float(k))}
-        grid = {"points": CORNERS * side, "quads": QUADS}
+        grid = {"points": CORNERS * side - 0.5 * side, "quads": QUADS}
+        zones = {}
+        if loaded:
+            data["contact_pressure"] = np.where(CORNERS[:, 2] > 0.0, side - 1.0, 0.0)
+            zones = {"wrinkling": np.array([0, 0, 1, 0, 2, 0])}
         name = f"fields/frame_{k:06d}.vtu"
-        write_grid(folder / name, {**grid, "point_data": data, "cell_data": {}})
+        write_grid(folder / name, {**grid, "point_data": data, "cell_data": zones})
         frames.append((10.0 * k, name))
         angle = {} if angles is None else {"panel_angle": angles[k]}
-        history.append({"step": k, "t": 10.0 * k, "volume": side**3, **angle})
+        row = {"step": k, "t": 10.0 * k, "volume": side**3, "pressure": 0.1 * side}
+        history.append({**row, **angle})
     write_frames(folder / "fields.pvd", frames)
     return RunByVolume.of(folder)
 
@@ -42,7 +48,7 @@ def test_shots_enclose_the_volume_asked_for(tmp_path):
     for volume in (1.0, 2.0, 8.0, 20.0, 27.0):
         shot = run.at(volume)
         assert enclosed_volume(shot.points, shot.quads) == pytest.approx(volume, rel=1e-9)
-        assert shot.points.max() == pytest.approx(volume ** (1.0 / 3.0), rel=1e-9)
+        assert shot.points.max() == pytest.approx(0.5 * volume ** (1.0 / 3.0), rel=1e-9)
     share = 2.0 ** (1.0 / 3.0) - 1.0
     np.testing.assert_allclose(run.at(2.0).values, share * np.sqrt(3.0), rtol=1e-9)
     with pytest.raises(NoPicture, match="no frames about"):
@@ -80,3 +86,11 @@ def test_a_movie_shows_even_times():
     for shot in shown:
         np.testing.assert_allclose(shot.points, CORNERS * shot.t, atol=1e-14)
         np.testing.assert_allclose(shot.values, 2.0 * shot.t, atol=1e-14)
+
+
+def test_loads_are_drawn_where_frames_carry_them(tmp_path):
+    boxes(tmp_path / "a", [1.0, 2.0, 3.0], loaded=True)
+    assert loads(tmp_path / "a").read_bytes()[:4] == b"\x89PNG"
+    boxes(tmp_path / "b", [1.0, 2.0])
+    with pytest.raises(NoPicture, match="without contact and wrinkles"):
+        loads(tmp_path / "b")
