@@ -85,6 +85,7 @@ class Simulated:
             integrator=BDF2() if t.integrator == "bdf2" else BackwardEuler(),
             collision=self.collision,
             watch=self.watch,
+            contact=self.contact,
         )
 
     def measured_contraction(self, state: State | None = None) -> float:

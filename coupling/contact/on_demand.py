@@ -93,3 +93,9 @@ class OnDemand:
     def within_reach(self, coefficients: np.ndarray) -> int:
         """Number of samples that contact forces act on."""
         return int(self.contact.within_reach(coefficients)) if self.near(coefficients) else 0
+
+    def pressure(self, coefficients: np.ndarray) -> np.ndarray:
+        """Contact pressure ``(n,)`` at the samples."""
+        if self.near(coefficients):
+            return np.asarray(self.contact.pressure(coefficients))
+        return np.zeros(self.contact.mesh.sample.shape[0])

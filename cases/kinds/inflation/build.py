@@ -22,6 +22,7 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
+from ...geometry.bag_fields import BagFields, ContactLoad, Zones
 from ...geometry.bag_sampler import BagSampler, triangulated
 from ...geometry.folded import FoldedBag
 from ...output.accuracy import Accuracy
@@ -59,7 +60,7 @@ def simulated(scene: InflationScene) -> Simulated:
         scheme=scheme(plan),
         volume=prescribed_volume(initial, i.final_volume * initial, i.t1, i.t2),
         initial=start,
-        sampler=sampler,
+        sampler=fields(shell, sampler, touching),
         diagnostics=diagnostics,
         skips=plan.skips(),
         collision=test(plan, touching),
@@ -80,6 +81,14 @@ def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
     cut = body.flat if isinstance(body, FoldedBag) else body.coefficients
     carrying = BarrierContact(mesh, mesh.areas(cut), numbers.reach, numbers.stiffness)
     return OnDemand(carrying, sampler.gap, numbers.reach)
+
+
+def fields(shell: ShellStructure, sampler: BagSampler, touching: OnDemand | None) -> BagFields:
+    """Grids for files and pictures, with contact pressure and wrinkled zones where there are any."""
+    load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
+    energy = shell.shell
+    wrinkles = isinstance(energy, KirchhoffLove) and energy.compression_share < 1.0
+    return BagFields(sampler, load, Zones.of(energy) if wrinkles else None)
 
 
 def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:
