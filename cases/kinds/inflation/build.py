@@ -17,11 +17,13 @@ from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.pillow import Pillow
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
 from ...geometry.folded import FoldedBag
+from ...geometry.wrinkles import ClothSampler
 from ...output.accuracy import Accuracy
 from ..collision import certified
 from ..inflow import prescribed_volume
@@ -30,6 +32,7 @@ from ..simulated import Simulated
 from .config import InflationScene
 from .plan import InflationPlan
 
+UNSTRETCHED = 1e-20  # membrane energy of rounding: a bag without folds has nothing to relax
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 
 
@@ -37,9 +40,9 @@ def simulated(scene: InflationScene) -> Simulated:
     """Everything a run needs, from one scene."""
     plan = InflationPlan(scene)
     body, shell = plan.bag, structure(scene, plan.bag)
-    sampler = BagSampler(body)
+    sampler = _sampler(scene, body)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
-    if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
+    if scene.structure.reference == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
         start = relaxed(shell, start)
     initial, i = shell.volume(body.coefficients), scene.inflow
 
@@ -67,14 +70,27 @@ def simulated(scene: InflationScene) -> Simulated:
     )
 
 
+def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
+    """Draws the bag, and where it wrinkles if it can."""
+    if scene.structure.law != "tension-field":
+        return BagSampler(body)
+    return ClothSampler(body, _unstrained(scene, body), scene.structure.poisson_ratio)
+
+
+def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
+    """Coefficients of the membrane whose metric is free of stress."""
+    if scene.structure.reference == "flat" and isinstance(body, FoldedBag):
+        return body.flat[: body.n_membrane]
+    return body.coefficients[: body.n_membrane]
+
+
 def structure(scene: InflationScene, body: Bag) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume."""
     c = scene.structure
     surface = body.membrane
     folded = body.coefficients[: body.n_membrane]
     flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
-    natural = flat if c.reference == "flat" else folded
-    basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
+    basis = SurfaceBasis(surface, _unstrained(scene, body), points=c.quadrature or None)
     # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
     # creases that have set do not
     unfolds = flat is not folded and c.reference != "creased"
@@ -89,6 +105,7 @@ def structure(scene: InflationScene, body: Bag) -> ShellStructure:
         curvature=curvature,
         membrane=c.membrane,
         compression_share=c.kept_compression,
+        hinges=surface.seam if isinstance(surface, Pillow) and c.seam == "hinged" else None,
     )
     return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
 
