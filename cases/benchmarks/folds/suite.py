@@ -1,10 +1,10 @@
-"""Scaling on accordions: one fluid solve of bags folded n = 2, 4, 8, 16 times.
+"""Folded bags that open (`openings`), and scaling on accordions: one fluid solve of many folds.
 
-Pillow bags at one element a fold radius, panels of ten radii, gap 0.4 radii, whose sheets approach
-at a linear velocity. Near field, compression, preconditioner and GMRES apart, with memory, near
-pairs a point, the traction error that compression and Krylov leave (a second solve, against a
-manufactured film traction and against a dense matrix where that fits), and growth exponents in the
-number of unknowns from row to row.
+Scaling: pillow bags folded n = 2, 4, 8, 16 times, at one element a fold radius, panels of ten
+radii, gap 0.4 radii, whose sheets approach at a linear velocity. Near field, compression,
+preconditioner and GMRES apart, with memory, near pairs a point, the traction error that compression
+and Krylov leave (a second solve, against a manufactured film traction and against a dense matrix
+where that fits), and growth exponents in the number of unknowns from row to row.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from ..compression.bags import fluid_solve, manufactured, strain
 from ..compression.suite import pairs
 from ..integrals.gaps import relative
 from ..report import Row
+from . import openings
 
 __all__ = ["pairs", "run"]
 
@@ -125,7 +126,8 @@ def _growth(rows: list[Row]) -> Iterator[Row]:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Rows of the ladder, as they come; ``quick`` stops at four folds."""
+    """Bags that open, then rows of the ladder, as they come; ``quick`` stops at four folds."""
+    yield from openings.run(quick)
     compression = Compression("h2", TOLERANCE)
     _row(1, compression)  # compiles the kernels
     rows = []
