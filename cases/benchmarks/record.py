@@ -51,7 +51,7 @@ def keep(file: Path, name: str) -> None:
 
 def take(folders: Sequence[Path], commit: str) -> None:
     """Put rows of run folders into the results of ``folds``, in the place of their former ones."""
-    from .folds.openings import rows_of_runs
+    from .folds.opened import rows_of_runs
 
     report = json.loads((RESULTS / "folds.json").read_text(encoding="utf-8"))
     new = {row["case"]: row for row in kept(rows_of_runs(folders, commit))}

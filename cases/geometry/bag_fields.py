@@ -22,14 +22,7 @@ AT_REST = 1e-10  # strains below which the signs of strains are rounding
 
 @dataclass(frozen=True)
 class ContactLoad:
-    """Pressure at the vertices of a sampled bag.
-
-    Attributes
-    ----------
-    mesh : SampledMesh
-    pressure : callable
-        Coefficients ``(n_full, 3)`` to the pressure ``(n,)`` at the vertices of the mesh.
-    """
+    """Pressure ``(n,)`` at the vertices of a sampled bag, of coefficients ``(n_full, 3)``."""
 
     mesh: SampledMesh
     pressure: Callable[[np.ndarray], np.ndarray]
@@ -131,8 +124,6 @@ class BagFields:
 def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Unit normals ``(n, 3)`` at vertices, means of their triangles by area."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    cross = np.repeat(np.cross(b - a, c - a), 3, axis=0)
-    n = np.stack(
-        [np.bincount(triangles.ravel(), x, minlength=len(points)) for x in cross.T], axis=1
-    )
+    cross, owner = np.repeat(np.cross(b - a, c - a), 3, axis=0), triangles.ravel()
+    n = np.stack([np.bincount(owner, x, minlength=len(points)) for x in cross.T], axis=1)
     return n / np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-300)

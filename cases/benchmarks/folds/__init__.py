@@ -1,4 +1,4 @@
-"""Folded bags: runs that open them (`openings.py`), growth with the number of folds (`suite.py`).
+"""Folded bags: runs that open them (`openings`, `opened`, `like`), many folds (`ladder`).
 
 ``views.py``: the tables. Rows of long runs are made of their folders, by ``record --runs``.
 """

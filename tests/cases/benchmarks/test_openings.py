@@ -7,7 +7,8 @@ import pytest
 
 from cases import loader
 from cases.benchmarks import record
-from cases.benchmarks.folds.openings import PREFIX, crossings, measured
+from cases.benchmarks.folds.like import PREFIX
+from cases.benchmarks.folds.opened import crossings, measured
 from cases.output.history import History
 from cases.output.vtk import write_frames, write_grid
 from cases.scene_text import write

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from cases.benchmarks import BENCHMARKS
-from cases.benchmarks.folds.openings import PREFIX
+from cases.benchmarks.folds.like import PREFIX
 from cases.benchmarks.headline import HEADLINE
 from cases.benchmarks.tables import FILES, MARKED, regenerated, views
 from cases.benchmarks.view import results, rows_of
