@@ -165,7 +165,7 @@ class Structure(Protocol):
         """
 
     def energies(self, state: State) -> Mapping[str, float]:
-        """Compute kinetic, membrane and bending energy.
+        """Compute kinetic, membrane and bending energy, and that of contact forces.
 
         Parameters
         ----------

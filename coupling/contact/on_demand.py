@@ -85,3 +85,17 @@ class OnDemand:
     def distance(self, coefficients: np.ndarray) -> float:
         """Smallest distance of what contact keeps apart; infinity where that is out of reach."""
         return float(self.contact.distance(coefficients)) if self.near(coefficients) else np.inf
+
+    def force(self, coefficients: np.ndarray) -> np.ndarray:
+        """Sum ``(3,)`` of the contact forces on the structure."""
+        return self.contact.force(coefficients) if self.near(coefficients) else np.zeros(3)
+
+    def within_reach(self, coefficients: np.ndarray) -> int:
+        """Number of samples that contact forces act on."""
+        return int(self.contact.within_reach(coefficients)) if self.near(coefficients) else 0
+
+    def pressure(self, coefficients: np.ndarray) -> np.ndarray:
+        """Contact pressure ``(n,)`` at the samples."""
+        if self.near(coefficients):
+            return np.asarray(self.contact.pressure(coefficients))
+        return np.zeros(self.contact.mesh.sample.shape[0])

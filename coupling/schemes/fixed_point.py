@@ -97,9 +97,9 @@ class Partitioned(Scheme):
         step = problem.structure.step(state, load, dt, problem.volume)
         newton, krylov = step.newton_iterations, 0
         carried = self.relaxation.next_step(self.relaxation.unpack(memory))
-        x = step.state.coefficients
+        x = new = step.state.coefficients
         for k in range(1, problem.max_iterations + 1):
-            failure = problem.inspect(x) if step.ok else Result.NEWTON
+            x, failure = problem.reachable(x, new) if step.ok else (x, Result.NEWTON)
             if failure is not None:
                 return StepResult(failure, None, iterations=k, assemblies=k - 1)
             operator = problem.assemble(x)

@@ -82,11 +82,12 @@ class Implicit(Scheme):
         return DenseDamping(response) if small else MatrixFreeDamping(response)
 
     def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
-        geometry, guess, newton, solves = problem.first_geometry(), None, 0, 0
+        geometry, new, guess = problem.predictor, problem.accepted, None
+        newton = solves = 0
         structure, limit = problem.structure, self.passes or problem.max_iterations
         carried = self.geometry.next_step(self.geometry.unpack(memory))
         for i in range(1, limit + 1):
-            failure = problem.inspect(geometry)
+            geometry, failure = problem.reachable(geometry, new)
             if failure is not None:
                 return StepResult(failure, None, iterations=i, assemblies=i - 1)
             operator = problem.assemble(geometry)

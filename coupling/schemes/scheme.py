@@ -61,8 +61,10 @@ class StepProblem:
         ``report(iteration, residual, relaxation, converged)``.
     before : (n_full, 3) array, optional
         Accepted coefficients, which increments are measured from; default those of ``state``.
-    inspect : callable, optional
-        Why a configuration must not be assembled (None: it may); called before every assembly.
+    inspect, verify : callable, optional
+        Why a configuration must not be assembled (None: it may); one of them is called before
+        every assembly: ``inspect`` for guesses and relaxed iterates, ``verify`` for what the
+        structure has reached.
     """
 
     structure: Structure
@@ -76,6 +78,7 @@ class StepProblem:
     report: Callable[[int, float, float, bool], None]
     before: np.ndarray | None = None
     inspect: Callable[[np.ndarray], Result | None] = lambda coefficients: None
+    verify: Callable[[np.ndarray], Result | None] = lambda coefficients: None
 
     @property
     def accepted(self) -> np.ndarray:
@@ -95,6 +98,25 @@ class StepProblem:
         (n_full, 3) array
         """
         return self.predictor if self.inspect(self.predictor) is None else self.accepted
+
+    def reachable(
+        self, wanted: np.ndarray, reached: np.ndarray
+    ) -> tuple[np.ndarray, Result | None]:
+        """Take the wanted configuration, or what the structure reached where that cannot be.
+
+        Parameters
+        ----------
+        wanted, reached : (n_full, 3) array
+
+        Returns
+        -------
+        (n_full, 3) array
+        Result or None
+            Why the structure's must not be assembled either.
+        """
+        if wanted is not reached and self.inspect(wanted) is None:
+            return wanted, None
+        return reached, self.verify(reached)
 
     def assemble(self, coefficients: np.ndarray) -> FluidOperator[Any]:
         """Assemble the fluid on a geometry.

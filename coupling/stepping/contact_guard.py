@@ -31,7 +31,13 @@ class ContactGuard:
     started: bool = False
 
     def inspect(
-        self, step: int, before: np.ndarray, after: np.ndarray, gap: float, volume: float
+        self,
+        step: int,
+        before: np.ndarray,
+        after: np.ndarray,
+        gap: float,
+        volume: float,
+        straight: bool = True,
     ) -> Result | None:
         """Say why a configuration cannot be reached from the accepted one; None if it can.
 
@@ -44,12 +50,14 @@ class ContactGuard:
             Smallest gap before.
         volume : float
             The smaller of the volumes before and after.
+        straight : bool
+            Whether the straight way between them counts; else only where it ends.
         """
         if not np.all(np.isfinite(after)):
             return Result.GEOMETRY
         if self.test is None or not self._due(step, after - before, gap, volume):
             return None
-        return self.test.inspect(before, after)
+        return self.test.inspect(before if straight else after, after)
 
     def _due(self, step: int, motion: np.ndarray, gap: float, volume: float) -> bool:
         if self.watch is None:

@@ -1,7 +1,9 @@
 """Columns of the history: energies and their balance, the fluid's health, the work of a step.
 
 ``energy_defect`` is what is left of ``E - E_0 + dissipation - work``; ``flux_ratio`` the volume
-prescribed over the volume that the membrane velocity carries (1 up to the first order in dt).
+prescribed over the volume that the membrane velocity carries (1 up to the first order in dt). Of
+contact that carries load: its energy, the sum of its forces on the structure (0 to rounding where
+it touches only itself), its smallest distance (infinite out of reach) and the samples in reach.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contact.carried import CarriedContact
 from ..exchange import State
 from ..protocols import Structure
 from ..schemes.scheme import StepResult
@@ -49,6 +52,7 @@ def history_row(
     growth: float,
     result: StepResult | None,
     extra: Mapping[str, float],
+    contact: CarriedContact | None,
     work: Counts,
     wall_time: float,
 ) -> dict[str, float]:
@@ -85,12 +89,24 @@ def history_row(
         "zeta": traction.zeta if traction else 0.0,
         "flux_ratio": growth / (dt * traction.flux) if traction and traction.flux else 1.0,
         "velocity_max": traction.velocity_max if traction else _largest(state.velocity),
+        **_touch(contact, state),
         **extra,
         "subiterations": result.iterations if result else 0,
         "assemblies": work.assemblies,
         "newton_iterations": work.newton,
         "krylov_iterations": work.krylov,
         "wall_time": wall_time,
+    }
+
+
+def _touch(contact: CarriedContact | None, state: State) -> dict[str, float]:
+    if contact is None:
+        return {}
+    now, c = contact.at(state.t), state.coefficients
+    return {
+        "contact_force": float(np.linalg.norm(now.force(c))),
+        "contact_distance": now.distance(c),
+        "contacts": now.within_reach(c),
     }
 
 

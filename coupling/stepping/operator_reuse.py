@@ -7,13 +7,14 @@ share of its tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..protocols import Fluid, FluidOperator
+from ..schemes.scheme import StepResult
 
 
 def reach(tolerance: float, gap: float, share: float) -> float:
@@ -78,3 +79,27 @@ class OperatorReuse:
         """Forget the operator, at checkpoints: a resumed run starts without it."""
         self._geometry = self._operator = None
         self.fluid.reset()
+
+
+def without_reused(
+    fluid: Fluid | None, attempt: Callable[[], StepResult]
+) -> tuple[StepResult, int]:
+    """A scheme's answer in which reused operators are no assemblies, but notes; and their number.
+
+    Parameters
+    ----------
+    fluid : Fluid or None
+    attempt : callable
+
+    Returns
+    -------
+    StepResult
+    int
+    """
+    if not isinstance(fluid, OperatorReuse):
+        return attempt(), 0
+    before, result = fluid.saved, attempt()
+    reused = fluid.saved - before
+    note = "operator reused: the geometry moved less than the traction's tolerance"
+    notes = (*[note] * reused, *result.notes)
+    return replace(result, assemblies=result.assemblies - reused, notes=notes), reused

@@ -7,11 +7,13 @@ many subiterations; the local time error; the closing speed of the smallest gap,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..exchange import Result
 
 CONTACTS = (Result.SELF_INTERSECTION, Result.INLET_CONTACT)
+STUCK = [Result.INLET_CONTACT] * 3  # rejections in a row at the inlet: no smaller step cures them
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,24 @@ class StepControl:
         bool
         """
         return 0.0 < 4.0 * self.error < error
+
+    def ending(self, dt: float, causes: Sequence[Result]) -> Result | None:
+        """Say how a run ends whose next step is too small, or rejected for good.
+
+        Parameters
+        ----------
+        dt : float
+        causes : sequence of Result
+            Of the rejections since the last accepted step.
+
+        Returns
+        -------
+        Result or None
+            None where it goes on.
+        """
+        if dt >= self.smallest and causes[-len(STUCK) :] != STUCK:
+            return None
+        return causes[-1] if causes and causes[-1] in CONTACTS else Result.STEP_FLOOR
 
     def next(
         self,

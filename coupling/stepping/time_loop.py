@@ -11,10 +11,11 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..contact.carried import CarriedContact
 from ..contact.watch import Watch
 from ..exchange import Result, State
 from ..protocols import CollisionTest, Fluid, Structure
@@ -23,11 +24,10 @@ from ..schemes.scheme import Memory, Scheme, StepProblem, StepResult, Tolerances
 from .contact_guard import ContactGuard
 from .history_row import SUMS, Counts, history_row
 from .integrator import BackwardEuler, Integrator, Past
-from .operator_reuse import OperatorReuse
-from .step_control import CONTACTS, StepControl
+from .operator_reuse import without_reused
+from .step_control import StepControl
 
 logger = logging.getLogger(__name__)
-STUCK = [Result.INLET_CONTACT] * 3  # rejections in a row at the inlet: no smaller step cures them
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,9 @@ class Simulation:
     collision : CollisionTest, optional
     watch : Watch, optional
         Says from when on the collision test is due, by the diagnostic ``min_gap``; default always.
+    contact : CarriedContact, optional
+        That of the structure: `StepControl.closing` is off, and where a step ends is tested, not
+        the straight way there. Needs `BackwardEuler`, which starts from states that were tested.
     """
 
     structure: Structure
@@ -70,6 +73,11 @@ class Simulation:
     integrator: Integrator = field(default_factory=BackwardEuler)
     collision: CollisionTest | None = None
     watch: Watch | None = None
+    contact: CarriedContact | None = None
+
+    def __post_init__(self) -> None:
+        if self.contact is not None and not isinstance(self.integrator, BackwardEuler):
+            raise ValueError("contact that carries load needs time.integrator = 'backward-euler'")
 
     def run(self, start: Snapshot | None = None, steps: int | None = None) -> Outcome:
         """Advance to the end time.
@@ -84,10 +92,7 @@ class Simulation:
         Returns
         -------
         Outcome
-
-        Notes
-        -----
-        An interrupt or error is passed on after a checkpoint of the last accepted step.
+            An interrupt or error is passed on after a checkpoint of the last accepted step.
         """
         loop = _Loop(self, start)
         try:
@@ -111,9 +116,8 @@ class _Loop:
         self.past: Past
         if self.start is None:
             self.step, self.dt, self.state = 0, sim.control.dt, sim.initial
-            self.sums = dict.fromkeys(SUMS, 0.0)
-            energies = sim.structure.energies(sim.initial)
-            self.sums["energy_start"] = sum(energies.values())
+            energy = sum(sim.structure.energies(sim.initial).values())
+            self.sums = {**dict.fromkeys(SUMS, 0.0), "energy_start": energy}
             self.memory, self.past = sim.scheme.init(), {}
         else:
             self.step, self.dt, self.state = self.start.step, self.start.dt, self.start.state
@@ -155,9 +159,8 @@ class _Loop:
             if steps is not None and self.step >= last:
                 result = Result.STOPPED
                 break
-            if self.dt < control.smallest or self.causes[-len(STUCK) :] == STUCK:
-                contact = self.causes and self.causes[-1] in CONTACTS
-                result = self.causes[-1] if contact else Result.STEP_FLOOR
+            if ending := control.ending(self.dt, self.causes):
+                result = ending
                 break
             self._advance(min(self.dt, control.end - self.state.t))
         # before close: a run that ends here resumes from its last accepted step
@@ -167,8 +170,7 @@ class _Loop:
         return outcome
 
     def _advance(self, dt: float) -> None:
-        sim = self.sim
-        t = self.state.t + dt
+        sim, t = self.sim, self.state.t + dt
         self.target = sim.volume(t)
 
         def report(iteration: int, residual: float, relaxation: float, converged: bool) -> None:
@@ -190,9 +192,10 @@ class _Loop:
             report,
             self.state.coefficients,
             self._inspect,
+            self._verify,
         )
         result = self._attempt(problem)
-        cause, error = result.failure or self._inspect(result.state.coefficients), 0.0
+        cause, error = result.failure or self._verify(result.state.coefficients), 0.0
         if cause is None and sim.control.error > 0.0:
             estimate = sim.integrator.error(self.state, result.state, self.past, dt)
             error = sim.structure.measure(estimate)
@@ -204,27 +207,24 @@ class _Loop:
 
     def _attempt(self, problem: StepProblem) -> StepResult:
         """The scheme's answer, counted and noted; reused operators are no assemblies."""
-        before = self._reused()
-        result = self.sim.scheme.attempt(problem, self.memory)
-        reused = self._reused() - before
-        result = replace(result, assemblies=result.assemblies - reused)
+        sim = self.sim
+        result, reused = without_reused(sim.fluid, lambda: sim.scheme.attempt(problem, self.memory))
         self.counts.reused += reused
-        for _ in range(reused):
-            self._note("operator reused: the geometry moved less than the traction's tolerance")
         self.counts.add(result)
         self.pending.add(result)
         for note in result.notes:
             self._note(note)
         return result
 
-    def _reused(self) -> int:
-        return self.sim.fluid.saved if isinstance(self.sim.fluid, OperatorReuse) else 0
-
-    def _inspect(self, coefficients: np.ndarray) -> Result | None:
+    def _inspect(self, coefficients: np.ndarray, straight: bool = True) -> Result | None:
         """Why a configuration cannot be reached from the accepted one."""
         volume = min(self.sim.volume(self.state.t), self.target)
         before = self.state.coefficients
-        return self.guard.inspect(self.step + 1, before, coefficients, self.gap, volume)
+        return self.guard.inspect(self.step + 1, before, coefficients, self.gap, volume, straight)
+
+    def _verify(self, coefficients: np.ndarray) -> Result | None:
+        """Why what the structure reached from the accepted one cannot be."""
+        return self._inspect(coefficients, self.sim.contact is None)
 
     def _note(self, text: str) -> None:
         logger.info("step %d: %s", self.step + 1, text)
@@ -267,7 +267,8 @@ class _Loop:
         self, result: StepResult, dt: float, row: Mapping[str, float], error: float
     ) -> None:
         gap = row.get("min_gap", float("inf"))
-        speed = (self.gap - gap) / dt if np.isfinite(self.gap) and np.isfinite(gap) else 0.0
+        closes = np.isfinite(self.gap - gap) and self.sim.contact is None
+        speed = (self.gap - gap) / dt if closes else 0.0
         self.gap = gap
         self.dt, why = self.sim.control.next(
             self.dt,
@@ -293,6 +294,7 @@ class _Loop:
             growth=growth,
             result=result,
             extra=sim.diagnostics(state) if sim.diagnostics else {},
+            contact=sim.contact,
             work=self.pending,
             wall_time=time.perf_counter() - self.clock,
         )

@@ -7,7 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from coupling import Fluid, State
+from coupling import BarrierContact, CollisionTest, Fluid, State
+from coupling.contact.crossing import Crossing
+from coupling.contact.on_demand import OnDemand
 from coupling.contact.watch import Watch
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
@@ -20,7 +22,8 @@ from shells.equilibrium.structure import ShellStructure
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
-from ...geometry.bag_sampler import BagSampler
+from ...geometry.bag_fields import BagFields, ContactLoad, Zones
+from ...geometry.bag_sampler import BagSampler, triangulated
 from ...geometry.folded import FoldedBag
 from ...output.accuracy import Accuracy
 from ..collision import certified
@@ -36,8 +39,9 @@ RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 def simulated(scene: InflationScene) -> Simulated:
     """Everything a run needs, from one scene."""
     plan = InflationPlan(scene)
-    body, shell = plan.bag, structure(scene, plan.bag)
-    sampler = BagSampler(body)
+    body, sampler = plan.bag, BagSampler(plan.bag)
+    touching = contact(plan, sampler)
+    shell = structure(scene, plan.bag, touching)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
     if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
         start = relaxed(shell, start)
@@ -56,10 +60,11 @@ def simulated(scene: InflationScene) -> Simulated:
         scheme=scheme(plan),
         volume=prescribed_volume(initial, i.final_volume * initial, i.t1, i.t2),
         initial=start,
-        sampler=sampler,
+        sampler=fields(shell, sampler, touching),
         diagnostics=diagnostics,
         skips=plan.skips(),
-        collision=None if plan.tested == "off" else certified(body, scene.contact.tessellate),
+        collision=test(plan, touching),
+        contact=touching,
         watch=Watch(sampler.gap(body.coefficients), initial) if plan.tested == "auto" else None,
         accuracy=Accuracy(plan.budget, body.gap, body.extent, plan.measures_mesh)
         if plan.has_flow
@@ -67,8 +72,36 @@ def simulated(scene: InflationScene) -> Simulated:
     )
 
 
-def structure(scene: InflationScene, body: Bag) -> ShellStructure:
-    """The membrane with its rim, poles and enclosed volume."""
+def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
+    """Forces between sheets, from the samples that tests use; None where nothing carries."""
+    body, numbers = plan.bag, plan.carried
+    if numbers is None:
+        return None
+    mesh = triangulated(body, plan.scene.contact.tessellate)
+    cut = body.flat if isinstance(body, FoldedBag) else body.coefficients
+    carrying = BarrierContact(mesh, mesh.areas(cut), numbers.reach, numbers.stiffness)
+    return OnDemand(carrying, sampler.gap, numbers.reach)
+
+
+def fields(shell: ShellStructure, sampler: BagSampler, touching: OnDemand | None) -> BagFields:
+    """Grids for files and pictures, with contact pressure and wrinkled zones where there are any."""
+    load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
+    energy = shell.shell
+    wrinkles = isinstance(energy, KirchhoffLove) and energy.compression_share < 1.0
+    return BagFields(sampler, load, Zones.of(energy) if wrinkles else None)
+
+
+def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:
+    """Test of motions: for touching sheets, or for crossing ones where contact carries load."""
+    if plan.tested == "off":
+        return None
+    if touching is None:
+        return certified(plan.bag, plan.scene.contact.tessellate)
+    return Crossing(touching.contact.mesh)
+
+
+def structure(scene: InflationScene, body: Bag, touching: OnDemand | None = None) -> ShellStructure:
+    """The membrane with its rim, poles and enclosed volume, and what it touches."""
     c = scene.structure
     surface = body.membrane
     folded = body.coefficients[: body.n_membrane]
@@ -90,7 +123,8 @@ def structure(scene: InflationScene, body: Bag) -> ShellStructure:
         membrane=c.membrane,
         compression_share=c.kept_compression,
     )
-    return ShellStructure(shell, body.support(c.inflow_rim), EnclosedVolume(basis, offset))
+    volume = EnclosedVolume(basis, offset)
+    return ShellStructure(shell, body.support(c.inflow_rim), volume, contact=touching)
 
 
 def relaxed(shell: ShellStructure, start: State) -> State:

@@ -43,11 +43,9 @@ class Carried:
         return FLOOR * self.reach
 
 
-def carried(scene: InflationScene, body: Bag) -> Carried | None:
-    """The numbers of a scene; None where contact carries nothing."""
+def carried(scene: InflationScene, body: Bag) -> Carried:
+    """The numbers of a scene."""
     c = scene.contact
-    if c.force == "none":
-        return None
     forecast = opening_pressure(scene, body)
     return Carried(c.reach * body.gap, c.stiffness or LINES * forecast, forecast)
 

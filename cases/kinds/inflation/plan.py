@@ -68,15 +68,20 @@ class InflationPlan:
         In a folded bag that is the distance which contact guarantees.
         """
         gap, extent = narrowest(self.scene)
-        c = self.scene.contact
-        if self.folded and c.force == "barrier":
-            gap *= FLOOR * c.reach
+        if self.folded and self.carries:
+            gap *= FLOOR * self.scene.contact.reach
         return budget(self.scene.fluid.tolerance, gap, extent)
+
+    @property
+    def carries(self) -> bool:
+        """Whether contact carries load: its forces enter backward Euler's steps only."""
+        s = self.scene
+        return s.contact.force == "barrier" and s.time.integrator == "backward-euler"
 
     @cached_property
     def carried(self) -> Carried | None:
         """Numbers of the contact potential; None where contact carries nothing."""
-        return carried(self.scene, self.bag)
+        return carried(self.scene, self.bag) if self.carries else None
 
     @cached_property
     def orders(self) -> QuadratureOrders:
@@ -199,6 +204,8 @@ class InflationPlan:
             skips.append(f"test for self-intersection: {why}")
         if self.scene.contact.force == "none":
             skips.append("contact forces: contact.force = 'none'; sheets that meet end the run")
+        elif not self.carries:
+            skips.append("contact forces: need time.integrator = 'backward-euler'")
         elif not self.folded:
             skips.append(f"contact forces: {UNTIL}")
         return tuple(skips)

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.sparse import identity
 
+from coupling.contact.crossing import Crossing
 from coupling.contact.sampled_mesh import SampledMesh
 from coupling.contact.self_intersection import Collision
 from coupling.contact.smallest_gap import minimum_gap
@@ -73,6 +74,16 @@ def test_motion_of_two_sheets():
     assert test.inspect(points, through) is Result.SELF_INTERSECTION
     assert touching.inspect(points, through) is Result.INLET_CONTACT
     assert 0.35 < test.mesh.free_step(points, through) < 0.4  # contact at 0.1 / 0.25
+    # where contact carries: margins and the inlet are no matter, and for what a step reached
+    # neither is the straight way
+    crossing = Crossing(test.mesh)
+    assert crossing.inspect(points, lowered(points, 0.0999)) is None
+    assert crossing.inspect(points, through) is Result.SELF_INTERSECTION
+    assert crossing.inspect(through, through) is None
+    crossed = points.copy()
+    crossed[10, 2] += 0.2
+    assert crossing.inspect(crossed, crossed) is Result.SELF_INTERSECTION
+    assert crossing.counts == {"tests": 4, "blocked": 2}
     assert test.counts == {"tests": 3, "blocked": 1}
 
 

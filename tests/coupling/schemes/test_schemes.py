@@ -73,13 +73,28 @@ class LinearFluid:
         return operator
 
 
-def attempt(scheme, rho, iterations=40, memory=None):
+def attempt(scheme, rho, iterations=40, memory=None, **tests):
     state = State(0.0, np.zeros_like(B), np.zeros_like(B))
     fluid = LinearFluid(rho, 0.1)
     problem = StepProblem(
-        LinearStructure(), fluid, state, 0.1, 1.0, 1e-10, 1e-14, iterations, lambda *a: None
+        LinearStructure(),
+        fluid,
+        state,
+        0.1,
+        1.0,
+        1e-10,
+        1e-14,
+        iterations,
+        lambda *a: None,
+        **tests,
     )
     return scheme.attempt(problem, scheme.init() if memory is None else memory), fluid
+
+
+def automatic(rate=1.0, **options):
+    return Automatic(
+        rate, Partitioned(GaussSeidel()), Implicit(), limit=0.3, remeasure_every=2, **options
+    )
 
 
 @pytest.mark.parametrize(
@@ -113,6 +128,30 @@ def test_aitken_is_exact_on_one_mode():
     result, fluid = attempt(Partitioned(Aitken()), 50.0)
     assert result.failure is None
     assert fluid.assemblies == 3
+
+
+@pytest.mark.parametrize(
+    "scheme", [Partitioned(QuasiNewton()), Partitioned(Aitken()), Implicit(), automatic()]
+)
+def test_relaxed_iterates_that_cross_fall_back_to_the_structures(scheme):
+    """Three guesses are refused: what the structure reached, or the accepted one, is assembled."""
+    asked, reached = [], []
+
+    def inspect(x):
+        asked.append(x)
+        return None if len(asked) > 3 else Result.SELF_INTERSECTION
+
+    result, _ = attempt(scheme, 0.7, 200, inspect=inspect, verify=reached.append)
+    assert result.failure is None
+    assert result.step.state.coefficients == pytest.approx(B / 1.7, rel=1e-9)
+    assert reached
+    refused, _ = attempt(
+        scheme,
+        0.7,
+        inspect=lambda x: Result.SELF_INTERSECTION,
+        verify=lambda x: Result.SELF_INTERSECTION,
+    )
+    assert refused.failure is Result.SELF_INTERSECTION
 
 
 def test_implicit_needs_one_correction_only():
@@ -166,12 +205,6 @@ def test_what_there_is_not_is_named():
 def test_bad_relaxation_is_refused():
     with pytest.raises(ValueError, match=r"\(0, 1\]"):
         Constant(1.5)
-
-
-def automatic(rate=1.0, **options):
-    return Automatic(
-        rate, Partitioned(GaussSeidel()), Implicit(), limit=0.3, remeasure_every=2, **options
-    )
 
 
 def test_small_rho_takes_the_cheap_scheme():

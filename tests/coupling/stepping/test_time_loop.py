@@ -1,6 +1,6 @@
 """Step control: rejection as a whole, halving, growth, floor, checkpoints."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ import pytest
 from coupling.exchange import Result, State
 from coupling.schemes.contraction import contraction_forecast
 from coupling.schemes.scheme import StepResult
+from coupling.stepping.integrator import BDF2
 from coupling.stepping.step_control import StepControl
 from coupling.stepping.time_loop import Simulation
 
@@ -160,3 +161,49 @@ def test_limits_never_lower_the_step_below_its_floor():
     assert control.next(4.0, 4.0, gap=0.1, speed=1.0, **shared)[0] == 0.5
     assert control.next(4.0, 4.0, gap=3.0, speed=1.0, **shared)[0] == 1.5
     assert control.next(4.0, 4.0, gap=0.1, speed=-1.0, **shared) == (4.0, "")
+
+
+class Touch:
+    """Contact that carries: three samples within 0.1 from t = 8 on."""
+
+    def __init__(self, t=0.0):
+        self.t = t
+
+    def at(self, t):
+        return Touch(t)
+
+    def force(self, c):
+        return np.array([3.0, 0.0, -4.0])
+
+    def distance(self, c):
+        return 0.1 if self.t >= 8.0 else np.inf
+
+    def within_reach(self, c):
+        return 3 if self.t >= 8.0 else 0
+
+
+class Walls:
+    """Refuses every way, but no place."""
+
+    def inspect(self, before, after):
+        return None if before is after else Result.SELF_INTERSECTION
+
+
+def test_contact_that_carries():
+    """Steps close a gap as they like, only where they end is tested, and the history tells."""
+    logs = Log(), Log(), Log()
+    gap = {"diagnostics": lambda state: {"min_gap": 41.0 - state.t}, "collision": Walls()}
+    free, held, walled = (simulation(lambda t: 10.0, log) for log in logs)
+    assert replace(free, contact=Touch(), **gap).run().result is Result.COMPLETED
+    assert [s.row["dt"] for s in logs[0].accepted[1:]] == [4.0] * 10
+    rows = [s.row for s in logs[0].accepted]
+    assert [row["contacts"] for row in rows[:4]] == [0, 0, 3, 3]
+    assert rows[2]["contact_distance"] == 0.1
+    assert rows[2]["contact_force"] == 5.0
+    replace(held, **(gap | {"collision": None})).run()
+    assert min(s.row["dt"] for s in logs[1].accepted[1:]) < 1.0
+    assert "contacts" not in logs[1].accepted[-1].row
+    ended = replace(walled, control=StepControl(4.0, 40.0, floor=1.0), **gap).run()
+    assert ended.result is Result.SELF_INTERSECTION
+    with pytest.raises(ValueError, match="backward-euler"):
+        replace(free, contact=Touch(), integrator=BDF2())
