@@ -26,7 +26,7 @@ from ...geometry.bag_fields import BagFields, ContactLoad, Zones
 from ...geometry.bag_sampler import BagSampler, triangulated
 from ...geometry.folded import FoldedBag
 from ...output.accuracy import Accuracy
-from ..collision import certified
+from ..collision import certified, touched_elements
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
@@ -66,9 +66,7 @@ def simulated(scene: InflationScene) -> Simulated:
         collision=test(plan, touching),
         contact=touching,
         watch=Watch(sampler.gap(body.coefficients), initial) if plan.tested == "auto" else None,
-        accuracy=Accuracy(plan.budget, body.gap, body.extent, plan.measures_mesh)
-        if plan.has_flow
-        else None,
+        accuracy=accuracy(plan, touching) if plan.has_flow else None,
     )
 
 
@@ -83,12 +81,21 @@ def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
     return OnDemand(carrying, sampler.gap, numbers.reach)
 
 
+def accuracy(plan: InflationPlan, touching: OnDemand | None) -> Accuracy:
+    """Budget of the boundary integrals; elements in contact count apart."""
+    body, cells = plan.bag, plan.scene.contact.tessellate
+    touched = None if touching is None else touched_elements(touching, cells)
+    measured = plan.measures_mesh
+    return Accuracy(plan.budget, body.gap, body.extent, measured, touched=touched)
+
+
 def fields(shell: ShellStructure, sampler: BagSampler, touching: OnDemand | None) -> BagFields:
-    """Grids for files and pictures, with contact pressure and wrinkled zones where there are any."""
+    """Grids for files and pictures, with contact pressure and wrinkled zones where there are."""
     load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
-    energy = shell.shell
-    wrinkles = isinstance(energy, KirchhoffLove) and energy.compression_share < 1.0
-    return BagFields(sampler, load, Zones.of(energy) if wrinkles else None)
+    energy, zones = shell.shell, None
+    if isinstance(energy, KirchhoffLove) and energy.compression_share < 1.0:
+        zones = Zones.of(energy)
+    return BagFields(sampler, load, zones)
 
 
 def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:
