@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 # True over estimated error: up to 1.13 for the share of a mesh that resolves.
 MARGIN = 1.15
@@ -36,6 +38,8 @@ class TractionError:
         Whether elements are small enough against the film between walls for any estimate.
     advice : str
         Where the mesh's share is too large, and what refinement would do.
+    elements : (n_elements,) array, optional
+        The mesh's share of each element; their squares add up to that of ``mesh``.
     """
 
     tolerance: float
@@ -45,6 +49,7 @@ class TractionError:
     krylov: float
     resolved: bool = True
     advice: str = ""
+    elements: np.ndarray | None = field(default=None, repr=False, compare=False)
 
     @property
     def operator(self) -> float:

@@ -25,7 +25,7 @@ _SUMMARIES = {
     "adaptivity": "where Stokes is good enough, against the printed figures",
     "compression": "ACA and H2 operators against direct sums and FMM3D",
     "coupling": "coupling schemes: contraction, assemblies, seconds, failures",
-    "folds": "one fluid solve of bags folded 2, 4, 8, 16 times",
+    "folds": "folded bags open; one fluid solve of 2, 4, 8, 16 folds",
     "honesty": "promises tried: held, broken aloud, broken in silence",
     "integrals": "single and double layer: exact flows, near rules, speed",
     "pancake": "coupled inflation against statics, schemes compared",

@@ -15,6 +15,7 @@ from .folded import FoldedBag
 
 ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
 QUANTILES = (0.0, 0.01, 0.99, 1.0)
+AT_REST = 1e-10  # strains below which their signs are rounding
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,9 @@ def principal_strains(natural: np.ndarray, now: np.ndarray) -> tuple[np.ndarray,
 
 
 def zones(e1: np.ndarray, e2: np.ndarray, poisson_ratio: float) -> np.ndarray:
-    """State of a tension field: 0 taut, 1 wrinkled, 2 slack."""
-    return np.where(e2 + poisson_ratio * e1 > 0.0, 0, np.where(e1 > 0.0, 1, 2))
+    """State of a tension field: 0 taut (or at rest), 1 wrinkled, 2 slack."""
+    state = np.where(e2 + poisson_ratio * e1 > 0.0, 0, np.where(e1 > 0.0, 1, 2))
+    return np.where(np.maximum(np.abs(e1), np.abs(e2)) > AT_REST, state, 0)
 
 
 def strain_energy(bag: FoldedBag, poisson_ratio: float = 0.0, share: float = 1.0) -> float:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
+import numpy as np
+
+from coupling.contact.on_demand import OnDemand
 from coupling.contact.self_intersection import Collision
 
 from ..geometry.bag import Bag
@@ -44,3 +48,22 @@ def collision(body: Bag, tessellate: int = 3) -> Collision:
     inlet = element >= body.membrane.n_elements
     finer = partial(collision, body, 2 * tessellate) if 2 * tessellate <= FINEST else None
     return Collision(mesh, inlet, element, body.gap, finer, body.coefficients)
+
+
+def touched_elements(touching: OnDemand, cells: int) -> Callable[[np.ndarray], np.ndarray]:
+    """Elements with a sample that contact presses on, ``(n_elements,)`` bool of a configuration.
+
+    Parameters
+    ----------
+    touching : OnDemand
+    cells : int
+        Of its mesh, per element side.
+    """
+    mesh = touching.contact.mesh
+    element = mesh.cells // cells**2
+
+    def touched(coefficients: np.ndarray) -> np.ndarray:
+        pressed = (touching.pressure(coefficients) > 0.0)[mesh.triangles].any(axis=1)
+        return np.bincount(element, pressed) > 0.0
+
+    return touched

@@ -6,7 +6,7 @@ narrowest gap has shrunk by a fifth, the mesh's share in the first one and whene
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,11 @@ class Accuracy:
         Largest error so far of each share.
     missed : int
         Accepted steps whose measured error exceeds the tolerance.
+    touched : callable, optional
+        Elements in contact ``(n_elements,)`` of a configuration: their films are as thin as contact
+        lets them be, which no mesh resolves, and their part of the mesh's share is told apart.
+    in_contact : int
+        Most of them in a step.
     """
 
     budget: Budget
@@ -49,6 +54,9 @@ class Accuracy:
     worst: dict[str, float] = field(default_factory=dict)
     missed: int = 0
     advice: str = ""
+    touched: Callable[[np.ndarray], np.ndarray] | None = None
+    in_contact: int = 0
+    apart: dict[str, float] = field(default_factory=dict)
     _last: dict[str, float] = field(default_factory=dict, init=False, repr=False)
     _measured: dict[str, float] = field(default_factory=dict, init=False, repr=False)
 
@@ -74,7 +82,26 @@ class Accuracy:
             return self._take(self._error({"krylov": krylov}), False)
         quadrature = self._due("quadrature", gap, SHRUNK)
         mesh = quadrature and self.measures_mesh and self._due("mesh", gap, HALVED)
-        return self._take(measure(krylov, quadrature, mesh), quadrature)
+        error = measure(krylov, quadrature, mesh)
+        said = self._take(error, quadrature)
+        told = self._apart(step, error)
+        return f"{said}; {told}" if said and told else said
+
+    def _apart(self, step: AcceptedStep, error: TractionError) -> str:
+        """The mesh's share on elements in contact and on the others, where both are known."""
+        if self.touched is None or not step.row.get("contacts", 0.0):
+            return ""
+        inside = self.touched(step.state.coefficients)
+        self.in_contact = max(self.in_contact, int(inside.sum()))
+        if error.elements is None:
+            return ""
+        for name, part in (("in_contact", inside), ("elsewhere", ~inside)):
+            share = float(np.linalg.norm(error.elements[part]))
+            self.apart[name] = max(share, self.apart.get(name, 0.0))
+        return (
+            f"of the mesh's share {np.linalg.norm(error.elements[inside]):.1e} on {inside.sum()} "
+            f"elements in contact, {np.linalg.norm(error.elements[~inside]):.1e} elsewhere"
+        )
 
     def _due(self, share: str, gap: float, fraction: float) -> bool:
         """Whether a share is to be measured at a gap; remembers that it was."""
@@ -118,6 +145,8 @@ class Accuracy:
             "steps_missed": self.missed,
             **self.so_far().describe(),
             "compression": self.worst.get("compression"),
+            "elements_in_contact": self.in_contact,
+            **{f"mesh_{name}": share for name, share in self.apart.items()},
         }
 
     def taken_up(self, earlier: Mapping[str, Any]) -> None:
@@ -126,6 +155,11 @@ class Accuracy:
         self.zeta = float(np.fmax(self.zeta, _number(earlier.get("largest_zeta"))))
         self.missed += int(np.nan_to_num(_number(earlier.get("steps_missed"))))
         self.advice = str(earlier.get("advice", ""))
+        self.in_contact += int(np.nan_to_num(_number(earlier.get("elements_in_contact"))))
+        shares = {
+            name: _number(earlier.get(f"mesh_{name}")) for name in ("in_contact", "elsewhere")
+        }
+        self.apart = {name: e for name, e in shares.items() if not np.isnan(e)}
         compression = _number(earlier.get("compression"))
         operator = _number(earlier.get("quadrature_and_compression"))
         found = {

@@ -56,7 +56,7 @@ def grown(place: Bbox) -> tuple[float, float, float, float]:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure; the old file stays whole until the new one is complete."""
+    """Write a figure; an old file stays whole until the new one is."""
     part = path.with_name(f"{path.stem}.part{path.suffix}")
     figure.savefig(part)
     part.replace(path)
@@ -126,6 +126,5 @@ def _upper(polygon: np.ndarray) -> np.ndarray:
         if a[1] >= 0.0:
             kept.append(a)
         if a[1] * b[1] < 0.0:
-            crossing = a + a[1] / (a[1] - b[1]) * (b - a)
-            kept.append(np.array([crossing[0], 0.0, crossing[2]]))
+            kept.append((a + a[1] / (a[1] - b[1]) * (b - a)) * [1.0, 0.0, 1.0])
     return np.array(kept)

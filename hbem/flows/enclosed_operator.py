@@ -165,7 +165,8 @@ class EnclosedOperator:
             there.boundary_velocity(velocity),
             undisturbed,
         )
-        return replace(error, mesh=share.error, advice=share.advice(self.surface, self.tolerance))
+        advice = share.advice(self.surface, self.tolerance)
+        return replace(error, mesh=share.error, elements=share.elements, advice=advice)
 
     def _tested(self, velocity: np.ndarray) -> np.ndarray:
         """Tested boundary velocity, ``(n_dofs, 3)``."""

@@ -1,4 +1,4 @@
-"""Growth with the number of folds: `suite.py` solves for the flow in ever longer accordions.
+"""Folded bags: runs that open them (`openings`, `opened`, `like`), many folds (`ladder`).
 
-``views.py``: the tables. Coupled runs of folded bags are scenes, not benchmarks.
+``views.py``: the tables. Rows of long runs are made of their folders, by ``record --runs``.
 """

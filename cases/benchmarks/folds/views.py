@@ -2,7 +2,37 @@
 
 from ..view import View
 
+OPENING = r"opening, .*"
 VIEWS = {
+    "openings": View(
+        OPENING,
+        {
+            "scene": "{scene}",
+            "changed": "{changed}",
+            "flow": "{model}",
+            "rigidity": "{rigidity:.1e}",
+            "result": "`{result}`",
+            "V/V0 of": "{V/V0:.3g} of {V/V0 asked:.3g}",
+            "steps, rejected": "{steps}, {rejected}",
+            "seconds": "{seconds:.3g}",
+            "volume error": "{error:.0e}",
+        },
+    ),
+    "touching": View(
+        OPENING,
+        {
+            "scene": "{scene}",
+            "changed": "{changed}",
+            "flow": "{model}",
+            "rigidity": "{rigidity:.1e}",
+            "frames": "{frames}",
+            "crossing": "{crossing}",
+            "nearest distance over reach": "{distance/reach:.2f}",
+            "contact energy over stored": "{contact energy share:.1e}",
+            "panel angle at the end": "{largest angle:.0f}",
+            "above uniform pressure, at equal volume": "{angle above:.1f} at {at V/V0:.2f}",
+        },
+    ),
     "solves": View(
         r"accordion (?P<n>\d+), h2",
         {

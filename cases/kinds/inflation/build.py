@@ -28,7 +28,7 @@ from ...geometry.bag_sampler import BagSampler, triangulated
 from ...geometry.folded import FoldedBag
 from ...geometry.wrinkles import ClothSampler
 from ...output.accuracy import Accuracy
-from ..collision import certified
+from ..collision import certified, touched_elements
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
@@ -69,9 +69,7 @@ def simulated(scene: InflationScene) -> Simulated:
         collision=test(plan, touching),
         contact=touching,
         watch=Watch(sampler.gap(body.coefficients), initial) if plan.tested == "auto" else None,
-        accuracy=Accuracy(plan.budget, body.gap, body.extent, plan.measures_mesh)
-        if plan.has_flow
-        else None,
+        accuracy=accuracy(plan, touching) if plan.has_flow else None,
     )
 
 
@@ -90,6 +88,14 @@ def fields(sampler: BagSampler, touching: OnDemand | None) -> BagFields:
     """Grids for files and pictures, with the pressure of contact where it carries load."""
     load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
     return BagFields(sampler, load)
+
+
+def accuracy(plan: InflationPlan, touching: OnDemand | None) -> Accuracy:
+    """Budget of the boundary integrals; elements in contact count apart."""
+    body, cells = plan.bag, plan.scene.contact.tessellate
+    touched = None if touching is None else touched_elements(touching, cells)
+    measured = plan.measures_mesh
+    return Accuracy(plan.budget, body.gap, body.extent, measured, touched=touched)
 
 
 def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:

@@ -1,6 +1,6 @@
 """Forecast of a run before any work: sizes, memory, contraction, time scales, with warnings.
 
-Needs the geometry only: neither scikit-fem nor numba is loaded.
+Needs the geometry only: scikit-fem is not loaded, numba for folded bags alone.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ..schemes import LIMITS
 from ..sizes import MEASURED, Sizes
 from .cloth import cloth
 from .config import InflationScene, PillowGeometry
+from .difficulty import difficulty
 from .plan import InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -44,9 +45,9 @@ def forecast(scene: InflationScene) -> Forecast:
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
     if isinstance(plan.bag, FoldedBag):
-        more, cautions = _folds(scene, plan.bag)
-        items += more
-        warnings += cautions
+        for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
+            items += more
+            warnings += cautions
     more, cautions = cloth(scene, plan.bag, volume(plan.bag))
     items += more
     warnings += cautions

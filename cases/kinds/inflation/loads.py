@@ -61,7 +61,7 @@ def loads(folder: Path) -> Path:
     low, high = common_box([one.shot for one in shown])
     rows = -(-len(shown) // COLUMNS)
     tall = cell_height(WIDTH / COLUMNS, low, high)
-    flat = WIDTH / len(shown) * float((high[2] - low[2]) / (high[0] - low[0])) + 0.4
+    flat = min(WIDTH / len(shown) * float((high[2] - low[2]) / (high[0] - low[0])), 3.0) + 0.4
     figure = new_figure(figsize=(WIDTH, rows * tall + flat + CURVES), dpi=100)
     heights = [*[tall] * rows, flat, CURVES]
     grid = figure.add_gridspec(

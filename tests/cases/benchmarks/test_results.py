@@ -5,6 +5,7 @@ import math
 import pytest
 
 from cases.benchmarks import BENCHMARKS
+from cases.benchmarks.folds.like import PREFIX
 from cases.benchmarks.headline import HEADLINE
 from cases.benchmarks.tables import FILES, MARKED, regenerated, views
 from cases.benchmarks.view import results, rows_of
@@ -92,6 +93,11 @@ def test_what_is_shown_to_fail_fails():
         )
         stopped = row.get("result", "").startswith("failed") or row.get("iterations", 0) >= 100
         assert stopped or not kept or row.get("converged") is False, row
+
+
+def test_no_frame_of_a_folded_bag_crosses():
+    opened = [row for name, row in ROWS if name == "folds" and row["case"].startswith(PREFIX)]
+    assert [row["case"] for row in opened if row["crossing"]] == []
 
 
 def test_ratios_name_their_peer():

@@ -25,6 +25,14 @@ def flow():
     return model.assemble(model.patches.coefficients), velocity
 
 
+def test_the_meshs_share_is_told_by_element(flow):
+    operator, velocity = flow
+    error = operator.traction(velocity).measure(0.0, False, True)
+    assert error.elements.shape == (operator.problem.patches.n_elements,)
+    assert np.linalg.norm(error.elements) == pytest.approx(error.mesh, rel=1e-12)
+    assert operator.traction(velocity).measure(0.0, False, False).elements is None
+
+
 def test_response_is_the_load_of_the_traction(flow):
     operator, velocity = flow
     traction = operator.traction(velocity)
