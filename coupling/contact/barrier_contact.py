@@ -29,6 +29,7 @@ from .potential.obstacles import Obstacle
 from .sampled_mesh import SampledMesh
 
 AHEAD = 0.9  # part of the way to a contact that a step takes
+PIECE = 8.0  # of the reach: longest motion that is tested for contact in one go
 
 
 @dataclass(frozen=True)
@@ -152,7 +153,7 @@ class BarrierContact:
             1 where the whole way is free, else 0.9 of the way to the contact; 0 where triangles
             touch at the start.
         """
-        free = self.mesh.free_step(start, end)
+        free = self.mesh.free_step(start, end, piece=PIECE * self.reach)
         return 1.0 if free >= 1.0 else AHEAD * free
 
     def distance(self, coefficients: np.ndarray) -> float:
@@ -221,12 +222,14 @@ class _LastSearch:
     def __init__(self, mesh: SampledMesh, reach: float) -> None:
         self.sample = mesh.sample.tocsr(copy=True)
         self.sample.eliminate_zeros()
+        self.sample.indices = self.sample.indices.astype(np.int32, copy=False)
+        self.sample.indptr = self.sample.indptr.astype(np.int32, copy=False)
         self.search = FacingSearch(mesh.triangles, reach)
         self._last: tuple[np.ndarray, np.ndarray, Facing] | None = None
 
     def at(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix, Facing]:
         """Samples ``(n, 3)``, the matrix that gives them, and what they face."""
         if self._last is None or not np.array_equal(self._last[0], coefficients):
-            points = self.sample @ coefficients
+            points = np.ascontiguousarray(self.sample @ coefficients)
             self._last = np.array(coefficients), points, self.search.facing(points)
         return self._last[1], self.sample, self._last[2]
