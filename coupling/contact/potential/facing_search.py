@@ -52,7 +52,7 @@ class FacingSearch:
         # one layout and type: kernels are compiled once
         self.triangles = np.ascontiguousarray(triangles, dtype=np.int64)
         self.reach, self.slack = reach, slack * reach
-        self.builds = 0
+        self.builds, self._room = 0, 0
         self._listed: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
     def facing(self, points: np.ndarray) -> Facing:
@@ -95,12 +95,14 @@ class FacingSearch:
         while np.prod(extent / width + 1.0) > 8.0 * n + 64.0:
             width *= 1.25
         counts = (extent / width).astype(np.int64) + 1
-        cells = sort_into_cells(points, low, width, counts, np.empty(n, np.int64))
-        searched = points, self.triangles, reach, low, width, counts, *cells
-        pairs = np.empty((16 * n, 2), dtype=np.int32)
+        start, order = sort_into_cells(points, low, width, counts, np.empty(n, np.int64))
+        self._room = max(self._room, 16 * n)
         while True:
-            found: int = near_pairs(*searched, pairs)
-            if found <= len(pairs):
+            pairs = np.empty((self._room, 2), dtype=np.int32)
+            found = near_pairs(
+                points, self.triangles, reach, low, width, counts, start, order, pairs
+            )
+            if found <= self._room:
                 begin, listed = by_point(pairs[:found], n)
                 return begin, listed
-            pairs = np.empty((found, 2), dtype=np.int32)
+            self._room = int(1.2 * found)
