@@ -1,4 +1,5 @@
 from .contact.barrier_contact import BarrierContact as BarrierContact
+from .contact.crossing import Crossing as Crossing
 from .contact.sampled_mesh import SampledMesh as SampledMesh
 from .contact.self_intersection import Collision as Collision
 from .contact.smallest_gap import minimum_gap as minimum_gap

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..conditions.contact import Contact
 from ..conditions.loads import Follower
 from . import newton
-from .contact import Contact
 from .damped_tangent import DampedFactor
 from .supported_shell import SupportedShell
 
