@@ -5,17 +5,19 @@ Samples that coincide at rest are one vertex, so that neighbouring elements shar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import block_diag, csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
+MOST_PIECES = 16  # of a straight way that is tested for contact
 
 
 @dataclass(frozen=True)
@@ -50,17 +52,47 @@ class SampledMesh:
         rest : (n_coefficients, 3) array
             A configuration without contact.
         """
-        points = sampling @ rest
-        near = COINCIDE * float(np.ptp(points, axis=0).max())
-        pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-        shape = (len(points), len(points))
-        graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=shape)
-        vertex = connected_components(graph, directed=False)[1]
-        _, first = np.unique(vertex, return_index=True)
-        sample = sampling.tocsr()[first]
+        vertex, sample = _merged(sampling, rest)
         triangles = halve_quadrilaterals(vertex[cells], sample @ rest)
-        proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
-        return cls(sample, triangles[proper], np.tile(np.arange(len(cells)), 2)[proper])
+        return cls._proper(sample, triangles, np.tile(np.arange(len(cells)), 2))
+
+    @classmethod
+    def of_triangles(
+        cls, sampling: csr_matrix, triangles: np.ndarray, rest: np.ndarray
+    ) -> SampledMesh:
+        """Mesh of triangles of sample points; those without area are left out.
+
+        Parameters
+        ----------
+        sampling : (n_samples, n_coefficients) sparse matrix
+        triangles : (m, 3) int array
+            All turning the same way round the outward normal.
+        rest : (n_coefficients, 3) array
+            A configuration without contact.
+        """
+        vertex, sample = _merged(sampling, rest)
+        return cls._proper(sample, vertex[triangles], np.arange(len(triangles)))
+
+    @classmethod
+    def union(cls, parts: Sequence[SampledMesh]) -> SampledMesh:
+        """Several surfaces; coefficients, vertices and cells one after the other.
+
+        They are not joined where they coincide.
+        """
+        vertices = np.cumsum([0] + [p.sample.shape[0] for p in parts])
+        cells = np.cumsum([0] + [p.cells.max(initial=-1) + 1 for p in parts])
+        return cls(
+            block_diag([p.sample for p in parts], format="csr"),
+            np.concatenate([p.triangles + v for p, v in zip(parts, vertices[:-1], strict=True)]),
+            np.concatenate([p.cells + k for p, k in zip(parts, cells[:-1], strict=True)]),
+        )
+
+    @classmethod
+    def _proper(cls, sample: csr_matrix, triangles: np.ndarray, cells: np.ndarray) -> SampledMesh:
+        """Without triangles that have a vertex twice."""
+        a, b, c = triangles.T
+        proper = (a != b) & (b != c) & (c != a)
+        return cls(sample, triangles[proper], cells[proper])
 
     def part(self, chosen: np.ndarray) -> SampledMesh:
         """Some of the triangles ``(m,)`` bool, and their vertices (others would collide, too)."""
@@ -82,7 +114,9 @@ class SampledMesh:
         """Whether the end is free of contact, and so is the straight way there."""
         return not self.intersects(end) and self.free_step(start, end) >= 1.0
 
-    def free_step(self, start: np.ndarray, end: np.ndarray, distance: float = 0.0) -> float:
+    def free_step(
+        self, start: np.ndarray, end: np.ndarray, distance: float = 0.0, piece: float = np.inf
+    ) -> float:
         """Fraction of the straight way between two configurations that is free of contact.
 
         Parameters
@@ -91,14 +125,24 @@ class SampledMesh:
             The first of them without contact.
         distance : float
             Closest that triangles may come to each other.
+        piece : float
+            Longest motion that is looked at in one go: pieces of a long way have fewer pairs of
+            triangles together than the whole, and those after a contact are not looked at.
         """
         ipctk = _quiet_ipctk()
-        a, b = (np.asfortranarray(self.sample @ c) for c in (start, end))
-        return float(
-            ipctk.compute_collision_free_stepsize(
-                self._collision_mesh, a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+        a = self.sample @ start
+        way = self.sample @ end - a
+        way -= way.mean(axis=0)  # a common translation brings nothing together
+        longest = float(np.sqrt(np.einsum("ij,ij->i", way, way).max()))
+        count = int(np.clip(np.ceil(longest / piece), 1, MOST_PIECES))
+        for k in range(count):
+            low, high = (np.asfortranarray(a + (i / count) * way) for i in (k, k + 1))
+            free = ipctk.compute_collision_free_stepsize(
+                self._collision_mesh, low, high, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
             )
-        )
+            if free < 1.0:
+                return (k + float(free)) / count
+        return 1.0
 
     def areas(self, coefficients: np.ndarray) -> np.ndarray:
         """Area ``(n,)`` of each vertex: a third of its triangles', in some configuration."""
@@ -123,6 +167,18 @@ def _quiet_ipctk() -> ModuleType:
 
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
     return ipctk
+
+
+def _merged(sampling: csr_matrix, rest: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
+    """Vertex of each sample, those that coincide at rest being one, and the vertices' sampling."""
+    points = sampling @ rest
+    near = COINCIDE * float(np.ptp(points, axis=0).max())
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    shape = (len(points), len(points))
+    graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=shape)
+    vertex = connected_components(graph, directed=False)[1]
+    _, first = np.unique(vertex, return_index=True)
+    return vertex, sampling.tocsr()[first]
 
 
 def halve_quadrilaterals(cells: np.ndarray, points: np.ndarray) -> np.ndarray:
