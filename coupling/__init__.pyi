@@ -1,4 +1,11 @@
 from .contact.barrier_contact import BarrierContact as BarrierContact
+from .contact.contact_numbers import ContactNumbers as ContactNumbers
+from .contact.contact_numbers import choose_contact as choose_contact
+from .contact.potential.contact_state import ContactState as ContactState
+from .contact.potential.obstacles import BoxObstacle as BoxObstacle
+from .contact.potential.obstacles import CylinderObstacle as CylinderObstacle
+from .contact.potential.obstacles import Obstacle as Obstacle
+from .contact.potential.obstacles import PlaneObstacle as PlaneObstacle
 from .contact.sampled_mesh import SampledMesh as SampledMesh
 from .contact.self_intersection import Collision as Collision
 from .contact.smallest_gap import minimum_gap as minimum_gap

@@ -20,7 +20,7 @@ from shells.surfaces.pillow import Pillow
 from .bag import Bag
 from .crumple import crumple
 from .folding import Folding, Map
-from .pillow import exact_points, fit, flattened, rectangle
+from .pillow import exact_points, fit, flattened, rectangle, square
 
 FLATTEN = 4.0  # evenness of the sheets: thickness at half the way to the rim 0.95 of the middle
 
@@ -111,8 +111,8 @@ def folded_bag(
     ----------
     surface : Pillow
     folding : Folding
-    plan : {"rectangle", "round"}
-        Outline of the flat bag, of unit length.
+    plan : {"rectangle", "round", "square"}
+        Outline of the flat bag, of unit length; rectangles have round corners, squares have not.
     width : float
         Of a rectangle.
     inlet_elements : int
@@ -156,6 +156,8 @@ def outline(gap: float, plan: str, width: float) -> tuple[Map, ...]:
     """Maps from the unit sphere to the flat bag of unit length."""
     if plan == "round":
         return flattened(0.5 * gap, FLATTEN), rectangle(1.0, 1.0, corners=0.0)
+    if plan == "square":
+        return flattened(0.5 * gap, FLATTEN), square
     return flattened(0.5 * gap, FLATTEN), rectangle(1.0, width)
 
 

@@ -15,6 +15,7 @@ from .folded import FoldedBag
 
 ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
 QUANTILES = (0.0, 0.01, 0.99, 1.0)
+AT_REST = 1e-10  # strains below which their signs are rounding
 
 
 @dataclass(frozen=True)
@@ -80,14 +81,15 @@ def _tangents(bag: FoldedBag, c: np.ndarray, points: int = 2) -> tuple[np.ndarra
     return s, t
 
 
-def _metric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+def metric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """First fundamental form ``(n, 2, 2)`` of tangents ``(n, 3)``."""
     st = np.sum(s * t, axis=1)
     return np.array([[np.sum(s * s, axis=1), st], [st, np.sum(t * t, axis=1)]]).transpose(2, 0, 1)
 
 
 def stretches(bag: FoldedBag) -> np.ndarray:
     """Quantiles of the principal stretches of the folded against the flat bag, by flat area."""
-    flat, folded = (_metric(*_tangents(bag, c)) for c in (bag.flat, bag.coefficients))
+    flat, folded = (metric(*_tangents(bag, c)) for c in (bag.flat, bag.coefficients))
     squares = np.linalg.eigvals(np.linalg.solve(flat, folded)).real
     order = np.argsort(squares, axis=None)
     area = np.repeat(np.sqrt(np.linalg.det(flat)), 2)[order]
@@ -96,13 +98,31 @@ def stretches(bag: FoldedBag) -> np.ndarray:
     return np.sqrt(squares.ravel()[order][at])
 
 
-def strain_energy(bag: FoldedBag, poisson_ratio: float = 0.0) -> float:
-    """Membrane energy of the folded against the flat bag, of unit stiffness [T 2.17]."""
-    flat, folded = (_metric(*_tangents(bag, c, 3)) for c in (bag.flat, bag.coefficients))
-    strain = 0.5 * (np.linalg.solve(flat, folded) - np.eye(2))
-    trace = np.trace(strain, axis1=1, axis2=2)
-    square = np.trace(strain @ strain, axis1=1, axis2=2)
-    density = (1.0 - poisson_ratio) * square + poisson_ratio * trace**2
+def principal_strains(natural: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Principal Green strains e1 >= e2 between metrics ``(n, 2, 2)`` of the same parameters."""
+    strain = 0.5 * (np.linalg.solve(natural, now) - np.eye(2))
+    mean = 0.5 * np.trace(strain, axis1=1, axis2=2)
+    radius = np.sqrt(np.maximum(mean**2 - np.linalg.det(strain), 0.0))
+    return mean + radius, mean - radius
+
+
+def zones(e1: np.ndarray, e2: np.ndarray, poisson_ratio: float) -> np.ndarray:
+    """State of a tension field: 0 taut (or at rest), 1 wrinkled, 2 slack."""
+    state = np.where(e2 + poisson_ratio * e1 > 0.0, 0, np.where(e1 > 0.0, 1, 2))
+    return np.where(np.maximum(np.abs(e1), np.abs(e2)) > AT_REST, state, 0)
+
+
+def strain_energy(bag: FoldedBag, poisson_ratio: float = 0.0, share: float = 1.0) -> float:
+    """Membrane energy of the folded against the flat bag, of unit stiffness [T 2.17].
+
+    With a share below 1, of a tension field that keeps it against compression.
+    """
+    flat, folded = (metric(*_tangents(bag, c, 3)) for c in (bag.flat, bag.coefficients))
+    e1, e2 = principal_strains(flat, folded)
+    density = e1**2 + e2**2 + 2.0 * poisson_ratio * e1 * e2
+    state = zones(e1, e2, poisson_ratio)
+    relaxed = np.where(state == 1, (1.0 - poisson_ratio**2) * e1**2, 0.0)
+    density = np.where(state == 0, density, share * density + (1.0 - share) * relaxed)
     w = np.polynomial.legendre.leggauss(3)[1]
     weights = np.tile(0.25 * np.outer(w, w).ravel(), bag.membrane.n_elements)
     return float(0.5 * (weights * np.sqrt(np.linalg.det(flat))) @ density)

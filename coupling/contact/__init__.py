@@ -1,7 +1,7 @@
 """Where sheets come close or meet.
 
-`barrier_contact` carries load: `facing_search` finds the triangle that each sample faces,
-`barrier_blocks` gives forces and tangents. `smallest_gap` measures the gap of facing sheets from
-samples, `watch` tells from it when a test is due. `self_intersection` finds whether a motion of
-the triangles of `sampled_mesh` meets a contact.
+`barrier_contact` carries load by the potential of `potential`, with the numbers that
+`contact_numbers` chooses. `smallest_gap` measures the gap of facing sheets from samples, `watch`
+tells from it when a test is due. `self_intersection` finds whether a motion of the triangles of
+`sampled_mesh` meets a contact.
 """

@@ -7,20 +7,25 @@ closest point of such triangles outside and inside of its sheet, at distances ``
     ``B = 1/2 kappa D sum_i w_i beta(d_i / D)``, ``beta(s) = -(1 - s)^2 ln s``,
 
 with the reach ``D`` and the stiffness ``kappa``; 1/2 because both sheets are sampled. Forces are
-equal and opposite, along the shortest line: contact adds neither momentum nor spin.
+equal and opposite, along the shortest line: contact adds neither momentum nor spin. Rigid
+obstacles push samples in the same way (`obstacle_forces`).
+
+Surfaces are closed, or turn the same way as if they were: two sheets with their outward normals
+the same way pass for one. There is no friction and no adhesion.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .barrier import barrier, contact_pressure
-from .barrier_blocks import pair_forces, pair_tangents
-from .facing_search import Facing, FacingSearch
+from .potential.contact_state import ContactState
+from .potential.facing_search import Facing, FacingSearch
+from .potential.obstacle_forces import ObstacleForces
+from .potential.obstacles import Obstacle
 from .sampled_mesh import SampledMesh
 
 AHEAD = 0.9  # part of the way to a contact that a step takes
@@ -28,7 +33,7 @@ AHEAD = 0.9  # part of the way to a contact that a step takes
 
 @dataclass(frozen=True)
 class BarrierContact:
-    """Frictionless contact of a sampled surface with itself.
+    """Frictionless contact of sampled surfaces with themselves, each other and obstacles.
 
     Parameters
     ----------
@@ -39,14 +44,23 @@ class BarrierContact:
     reach : float
         Distance at which forces begin.
     stiffness : float
-        Pressure scale: contact carries it at 0.54 of the reach, 12 times as much at a tenth.
+        Pressure scale: contact carries it at 0.53 of the reach, 12 times as much at a tenth.
+    obstacles : tuple of Obstacle
+    time : float
+        At which the obstacles are where they are.
+
+    Raises
+    ------
+    ValueError
+        A reach or stiffness that is not positive; areas that are not those of the samples.
     """
 
     mesh: SampledMesh
     areas: np.ndarray
     reach: float
     stiffness: float
-    _search: FacingSearch = field(init=False, repr=False, compare=False)
+    obstacles: tuple[Obstacle, ...] = ()
+    time: float = 0.0
 
     def __post_init__(self) -> None:
         if not (self.reach > 0.0 and self.stiffness > 0.0):
@@ -54,25 +68,43 @@ class BarrierContact:
                 f"contact needs a positive reach and stiffness, got {self.reach:g} and "
                 f"{self.stiffness:g}"
             )
-        object.__setattr__(self, "_search", FacingSearch(self.mesh.triangles, self.reach))
+        if len(self.areas) != self.mesh.sample.shape[0]:
+            raise ValueError(
+                f"contact needs an area for each of {self.mesh.sample.shape[0]} samples, got "
+                f"{len(self.areas)} (SampledMesh.areas gives them)"
+            )
 
     def at(self, t: float) -> BarrierContact:
-        """Itself: nothing moves by prescription.
+        """Contact with the obstacles where they are at a time.
 
         Parameters
         ----------
         t : float
         """
-        return self
+        if not self.obstacles:
+            return self
+        moved = replace(self, time=t)
+        moved.__dict__["_search"] = self._search  # sheets face each other as before
+        return moved
 
-    def facing(self, coefficients: np.ndarray) -> Facing:
-        """Samples within reach of a facing sheet.
+    def state(self, coefficients: np.ndarray) -> ContactState:
+        """Contact at a configuration, with all that can be asked about it.
 
         Parameters
         ----------
         coefficients : (n_full, 3) array
+
+        Raises
+        ------
+        ValueError
+            Coefficients that are not finite.
         """
-        return self._search.facing(self.mesh.sample @ coefficients)
+        if not np.isfinite(coefficients).all():
+            raise ValueError("contact was asked about a configuration that is not finite")
+        points, sample, facing = self._search.at(coefficients)
+        numbers = self.areas, self.reach, self.stiffness
+        obstacles = [ObstacleForces.of(o, points, self.time, *numbers) for o in self.obstacles]
+        return ContactState(points, sample, *numbers, facing, obstacles)
 
     def energy(self, coefficients: np.ndarray) -> float:
         """Potential of the contact forces.
@@ -80,51 +112,34 @@ class BarrierContact:
         Parameters
         ----------
         coefficients : (n_full, 3) array
+
+        Returns
+        -------
+        float
+            Infinity for coefficients that are not finite, which a descent may try.
         """
-        facing = self.facing(coefficients)
-        return float(self._scale(facing) @ barrier(facing.distance / self.reach)[0])
+        if not np.isfinite(coefficients).all():
+            return float("inf")
+        return self.state(coefficients).energy()
 
-    def gradient(self, coefficients: np.ndarray) -> np.ndarray:
-        """First derivative of the energy ``(3 n_full,)``; forces are its negative.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
-        """
-        facing = self.facing(coefficients)
-        return self._to_coefficients(facing, self._slopes(facing)[0])
-
-    def derivatives(
-        self, coefficients: np.ndarray, projected: bool = True
-    ) -> tuple[np.ndarray, csr_matrix]:
+    def derivatives(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
         """Gradient of the energy and a positive semi-definite tangent.
 
         Parameters
         ----------
         coefficients : (n_full, 3) array
-        projected : bool
-            False leaves the second derivative as it is, where no closest triangle switches.
 
         Returns
         -------
         (3 n_full,) array and (3 n_full, 3 n_full) sparse matrix
         """
-        from ._contact_matrix_kernels import coefficient_matrix
-
-        points = self.mesh.sample @ coefficients
-        facing = self._search.facing(points)
-        slope, bend = self._slopes(facing)
-        blocks = pair_tangents(facing, points, slope, bend, projected)
-        sample = self._sample
-        n = sample.shape[1]
-        matrix = coefficient_matrix(
-            blocks, facing.vertices, sample.indptr, sample.indices, sample.data, n
-        )
-        gradient = self._to_coefficients(facing, slope)
-        return gradient, csr_matrix(matrix, shape=(3 * n, 3 * n))
+        state = self.state(coefficients)
+        return state.gradient(), state.tangent()
 
     def free_step(self, start: np.ndarray, end: np.ndarray) -> float:
-        """Fraction of the straight way between two configurations on which nothing crosses.
+        """Fraction of the straight way between two configurations on which no sheets cross.
+
+        Obstacles do not count: they may be entered, and push out.
 
         Parameters
         ----------
@@ -141,25 +156,21 @@ class BarrierContact:
         return 1.0 if free >= 1.0 else AHEAD * free
 
     def distance(self, coefficients: np.ndarray) -> float:
-        """Smallest distance of facing sheets; infinity beyond the reach.
+        """Smallest distance of facing sheets and to obstacles.
 
         Parameters
         ----------
         coefficients : (n_full, 3) array
-        """
-        return float(self.facing(coefficients).distance.min(initial=np.inf))
 
-    def within_reach(self, coefficients: np.ndarray) -> int:
-        """Number of samples within reach of a facing sheet.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
+        Returns
+        -------
+        float
+            Infinity beyond the reach; negative where an obstacle is entered, by its depth.
         """
-        return len(np.unique(self.facing(coefficients).vertices[:, 0]))
+        return self.state(coefficients).distance()
 
     def pressure(self, coefficients: np.ndarray) -> np.ndarray:
-        """Contact pressure at the vertices of the mesh, both sides of a sheet together.
+        """Contact pressure at the vertices of the mesh, on both sides of a sheet together.
 
         Parameters
         ----------
@@ -168,38 +179,54 @@ class BarrierContact:
         Returns
         -------
         (n,) array
-            Force over area in the reference configuration, 0 beyond the reach.
+            Force over area in the configuration of `areas`, 0 beyond the reach.
         """
-        facing = self.facing(coefficients)
-        pressure = self.stiffness * contact_pressure(facing.distance / self.reach)
-        return np.bincount(facing.vertices[:, 0], pressure, minlength=len(self.areas))
+        return self.state(coefficients).pressure()
 
     def force(self, coefficients: np.ndarray) -> np.ndarray:
-        """Sum of all contact forces ``(3,)`` on the surface.
+        """Sum of all contact forces ``(3,)`` on the surfaces: that of the obstacles.
 
         Parameters
         ----------
         coefficients : (n_full, 3) array
         """
-        return -self.gradient(coefficients).reshape(-1, 3).sum(axis=0)
+        return -self.state(coefficients).gradient().reshape(-1, 3).sum(axis=0)
+
+    def reactions(self, coefficients: np.ndarray) -> np.ndarray:
+        """Force on each obstacle ``(n_obstacles, 3)``.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+        """
+        return self.state(coefficients).reactions()
+
+    def within_reach(self, coefficients: np.ndarray) -> int:
+        """Number of samples within reach of a facing sheet or an obstacle.
+
+        Parameters
+        ----------
+        coefficients : (n_full, 3) array
+        """
+        return len(self.state(coefficients).samples())
 
     @cached_property
-    def _sample(self) -> csr_matrix:
-        sample = self.mesh.sample.tocsr(copy=True)
-        sample.eliminate_zeros()
-        return sample
+    def _search(self) -> _LastSearch:
+        return _LastSearch(self.mesh, self.reach)
 
-    def _scale(self, facing: Facing) -> np.ndarray:
-        return 0.5 * self.stiffness * self.reach * self.areas[facing.vertices[:, 0]]
 
-    def _slopes(self, facing: Facing) -> tuple[np.ndarray, np.ndarray]:
-        """First and second derivatives of the energies by the distances."""
-        _, slope, bend = barrier(facing.distance / self.reach)
-        scale = self._scale(facing) / self.reach
-        return scale * slope, scale / self.reach * bend
+class _LastSearch:
+    """Samples of the last configuration and what they face: energy and forces ask in turn."""
 
-    def _to_coefficients(self, facing: Facing, slope: np.ndarray) -> np.ndarray:
-        forces = pair_forces(facing, slope).reshape(-1, 3)
-        owner, n = facing.vertices.ravel(), len(self.areas)
-        nodes = np.stack([np.bincount(owner, f, minlength=n) for f in forces.T], axis=1)
-        return np.asarray(self._sample.T @ nodes).ravel()
+    def __init__(self, mesh: SampledMesh, reach: float) -> None:
+        self.sample = mesh.sample.tocsr(copy=True)
+        self.sample.eliminate_zeros()
+        self.search = FacingSearch(mesh.triangles, reach)
+        self._last: tuple[np.ndarray, np.ndarray, Facing] | None = None
+
+    def at(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix, Facing]:
+        """Samples ``(n, 3)``, the matrix that gives them, and what they face."""
+        if self._last is None or not np.array_equal(self._last[0], coefficients):
+            points = self.sample @ coefficients
+            self._last = np.array(coefficients), points, self.search.facing(points)
+        return self._last[1], self.sample, self._last[2]

@@ -5,13 +5,14 @@ Samples that coincide at rest are one vertex, so that neighbouring elements shar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import block_diag, csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -50,17 +51,47 @@ class SampledMesh:
         rest : (n_coefficients, 3) array
             A configuration without contact.
         """
-        points = sampling @ rest
-        near = COINCIDE * float(np.ptp(points, axis=0).max())
-        pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-        shape = (len(points), len(points))
-        graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=shape)
-        vertex = connected_components(graph, directed=False)[1]
-        _, first = np.unique(vertex, return_index=True)
-        sample = sampling.tocsr()[first]
+        vertex, sample = _merged(sampling, rest)
         triangles = halve_quadrilaterals(vertex[cells], sample @ rest)
-        proper = np.array([len(set(t)) == 3 for t in triangles.tolist()])
-        return cls(sample, triangles[proper], np.tile(np.arange(len(cells)), 2)[proper])
+        return cls._proper(sample, triangles, np.tile(np.arange(len(cells)), 2))
+
+    @classmethod
+    def of_triangles(
+        cls, sampling: csr_matrix, triangles: np.ndarray, rest: np.ndarray
+    ) -> SampledMesh:
+        """Mesh of triangles of sample points; those without area are left out.
+
+        Parameters
+        ----------
+        sampling : (n_samples, n_coefficients) sparse matrix
+        triangles : (m, 3) int array
+            All turning the same way round the outward normal.
+        rest : (n_coefficients, 3) array
+            A configuration without contact.
+        """
+        vertex, sample = _merged(sampling, rest)
+        return cls._proper(sample, vertex[triangles], np.arange(len(triangles)))
+
+    @classmethod
+    def union(cls, parts: Sequence[SampledMesh]) -> SampledMesh:
+        """Several surfaces; coefficients, vertices and cells one after the other.
+
+        They are not joined where they coincide.
+        """
+        vertices = np.cumsum([0] + [p.sample.shape[0] for p in parts])
+        cells = np.cumsum([0] + [p.cells.max(initial=-1) + 1 for p in parts])
+        return cls(
+            block_diag([p.sample for p in parts], format="csr"),
+            np.concatenate([p.triangles + v for p, v in zip(parts, vertices[:-1], strict=True)]),
+            np.concatenate([p.cells + k for p, k in zip(parts, cells[:-1], strict=True)]),
+        )
+
+    @classmethod
+    def _proper(cls, sample: csr_matrix, triangles: np.ndarray, cells: np.ndarray) -> SampledMesh:
+        """Without triangles that have a vertex twice."""
+        a, b, c = triangles.T
+        proper = (a != b) & (b != c) & (c != a)
+        return cls(sample, triangles[proper], cells[proper])
 
     def part(self, chosen: np.ndarray) -> SampledMesh:
         """Some of the triangles ``(m,)`` bool, and their vertices (others would collide, too)."""
@@ -123,6 +154,18 @@ def _quiet_ipctk() -> ModuleType:
 
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
     return ipctk
+
+
+def _merged(sampling: csr_matrix, rest: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
+    """Vertex of each sample, those that coincide at rest being one, and the vertices' sampling."""
+    points = sampling @ rest
+    near = COINCIDE * float(np.ptp(points, axis=0).max())
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    shape = (len(points), len(points))
+    graph = csr_matrix((np.ones(len(pairs)), pairs.T), shape=shape)
+    vertex = connected_components(graph, directed=False)[1]
+    _, first = np.unique(vertex, return_index=True)
+    return vertex, sampling.tocsr()[first]
 
 
 def halve_quadrilaterals(cells: np.ndarray, points: np.ndarray) -> np.ndarray:

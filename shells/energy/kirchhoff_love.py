@@ -54,6 +54,9 @@ class KirchhoffLove(ShellEnergy):
         k of a tension field, the share of its stiffness that the membrane keeps against
         compression: ``(1 - k) W_r + k W`` with the relaxed energy W_r of `_membrane_kernels`; usual
         are 1e-4 to 1e-3. 1 is St. Venant-Kirchhoff.
+    hinges : (n_elements,) bool array, optional
+        Elements without bending energy: those along a sewn seam of a smooth surface
+        (`Pillow.seam`), which then turns freely within them.
 
     Raises
     ------
@@ -77,6 +80,7 @@ class KirchhoffLove(ShellEnergy):
         membrane: str = "gauss",
         seams: bool = False,
         compression_share: float = 1.0,
+        hinges: np.ndarray | None = None,
     ):
         if basis.components != 3:
             raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
@@ -100,6 +104,8 @@ class KirchhoffLove(ShellEnergy):
             formulation=formulation,
             chart=chart,
         )
+        if hinges is not None:
+            self._tables.weights[1, np.asarray(hinges, dtype=bool)] = 0.0
         self._own = slice(basis.dx.shape[1])  # reduced membrane points follow those of the basis
         if membrane == "reduced":
             self._tables = with_reduced_membrane(self._tables, basis, material, exact_reference)

@@ -124,7 +124,7 @@ def with_reduced_membrane(
     return PointTables(
         np.concatenate([tables.jets, own.jets], axis=1),
         np.concatenate([tables.base, own.base], axis=1),
-        np.concatenate([np.stack([none, basis.dx]), own.weights], axis=2),
+        np.concatenate([np.stack([none, tables.weights[1]]), own.weights], axis=2),
         np.concatenate([tables.metric, own.metric], axis=1),
         np.concatenate([tables.curvature, own.curvature], axis=1),
         np.concatenate([tables.elasticity, own.elasticity], axis=1),

@@ -47,9 +47,10 @@ def step(
     balance = Balance(
         s, state.coefficients, volume, linear, operator, damping=action, contact=contact
     )
-    start = s.reduce(guess - state.coefficients if guess is not None else dt * state.velocity)
-    still = np.zeros_like(start)
-    if balance.free_step(still, start) < 1.0 or not np.isfinite(balance.potential(start)[0]):
+    still = np.zeros_like(linear)
+    start = s.reduce(dt * state.velocity if guess is None else guess - state.coefficients)
+    crosses = guess is None and balance.free_step(still, start) < 1.0
+    if crosses or not np.isfinite(balance.potential(start)[0]):
         start = still
     result = Descent(balance).solve(start, state.pressure)
     increment = s.expand(result.x)

@@ -20,7 +20,8 @@ C is symmetric; a skew part does no work along the way. C d is what updates the 
 iterate, too: no further solve of the fluid.
 
 Where Newton's iteration converges by itself its steps are taken whole and nothing is changed.
-Tangents of contact are cut down to positive ones, which converge linearly at last (by 0.3).
+Tangents of contact are cut down to positive ones, which converge linearly at last (by 0.3), so that
+steps in contact end at updates of 1e-6 of the length.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ SHIFTS = 12  # tried in one iteration, each four times the last
 HALVINGS = 8  # of a way, before a shift turns it
 ROUNDING = 1e-12  # of the stored energy: a rise below it is none
 TOUCHING = 1e-6  # of the length: where iterations in contact stop
+BLOCKED, PATIENCE = 0.01, 3  # free part of a way that leads nowhere; how many of them in a row
+FURTHER = 8.0  # times a way that a shift has shortened
 
 
 @dataclass(frozen=True)
@@ -86,20 +89,21 @@ class Descent:
     penalty: float = 0.0
     factorizations: int = 0
     _kept: TangentFactor | None = None
+    _blocked: int = 0
 
     def solve(self, q: np.ndarray, pressure: float) -> NewtonResult:
         """Descend from free coordinates q, where nothing crosses, and an excess pressure."""
         b = self.balance
         now = Iterate(q.copy(), -pressure, b.forces(q), *b.potential(q))
         norms: list[float] = []
-        outcome: NewtonOutcome | None = None
+        outcome = None if np.isfinite(now.energy) else NewtonOutcome.DIVERGED
         while outcome is None:
             if len(self.history) == b.structure.max_iterations:
                 outcome = NewtonOutcome.LIMIT
                 break
             at = b.equations(now.x, now.multiplier, self._kept is None, now.forces)
             norms.append(float(np.linalg.norm(at.residual)))
-            if not np.isfinite(norms[-1] + now.energy):
+            if not np.isfinite(norms[-1]):
                 outcome = NewtonOutcome.DIVERGED
                 break
             try:
@@ -148,8 +152,8 @@ class Descent:
     ) -> tuple[Iterate | None, NewtonOutcome | None]:
         """Where a way leads to; None where it does not descend."""
         s, b, d = self.balance.structure, self.balance, way.d
-        free = b.free_step(now.x, d)
-        if way.size <= tolerance and free == 1.0 and way.shift == 0.0:
+        short = way.size <= tolerance and way.shift == 0.0
+        if short and b.free_step(now.x, d) == 1.0:
             self.history.append(way.size)
             return replace(now, x=now.x + d, multiplier=way.multiplier), NewtonOutcome.CONVERGED
         drag = b.drag(d)
@@ -169,14 +173,16 @@ class Descent:
             work = a * float(d @ (now.forces + 0.5 * a * push))
             return new, new.energy - now.energy + work + mu * (abs(new.defect) - abs(now.defect))
 
-        tie, a = ROUNDING * abs(now.energy), free
+        tie, free = ROUNDING * abs(now.energy), b.free_step(now.x, d)
+        a = free
         new, rise = trial(a)
         while not rise <= DECREASE * a * slope + tie:
             a, halvings = 0.5 * a, halvings - 1
             if halvings <= 0:
                 return None, None
             new, rise = trial(a)
-        while way.shift > 0.0 and a in (1.0, 2.0, 4.0) and b.free_step(now.x, 2.0 * a * d) == 1.0:
+        # a shift shortens the way down from a saddle: go on as long as that falls
+        while way.shift > 0.0 and 1.0 <= a < FURTHER and b.free_step(now.x, 2.0 * a * d) == 1.0:
             further, lower = trial(2.0 * a)
             if not lower < rise:
                 break
@@ -184,4 +190,5 @@ class Descent:
         logger.debug("|d| %.2e by %.3g, shift %.1e, rise %.2e", way.size, a, way.shift, rise)
         self.penalty = mu
         self.history.append(way.size)
-        return new, None
+        self._blocked = self._blocked + 1 if free < BLOCKED else 0
+        return new, NewtonOutcome.BLOCKED if self._blocked == PATIENCE else None

@@ -33,6 +33,7 @@ class NewtonOutcome(enum.Enum):
     DIVERGED = "the residual became infinite or grew beyond recovery"
     LIMIT = "the iteration limit was reached before the tolerance"
     SINGULAR = "the tangent is singular: a rigid motion is free or the shell is unstressed"
+    BLOCKED = "contact stops every way after less than a hundredth of it"
     NO_EQUILIBRIUM = "the loads exceed a limit point: the shell yields ever more as it stretches"
 
 

@@ -75,8 +75,9 @@ class ShellStructure(SupportedShell):
             C with ``C v`` added to the residual; an operator with ``dense()`` enters the factor,
             any other is applied inside GMRES.
         guess : (n_full, 3) array, optional
-            Start of Newton's iteration; default the predictor ``theta_n + dt v_n``. With contact,
-            ``theta_n`` where something crosses on the way to it.
+            Start of Newton's iteration, where nothing crosses (with contact, schemes test that);
+            default the predictor ``theta_n + dt v_n``, or ``theta_n`` if something crosses on the
+            way to it.
 
         Returns
         -------

@@ -104,6 +104,17 @@ class Pillow(TensorSurface):
         """
         return self._used(self._corner_rows)
 
+    @property
+    def seam(self) -> np.ndarray:
+        """Which elements lie along the seam of a flat pillow, ``(n_elements,)`` bool.
+
+        Its sheets ``0 < s < 1/2`` and ``1/2 < s < 1`` meet along s = 0, s = 1/2 and both zipped
+        ends.
+        """
+        i, j = np.divmod(self.selected, self.n_t)
+        half = self.n_s // 2
+        return (i % half == 0) | (i % half == half - 1) | (j == 0) | (j == self.n_t - 1)
+
     @cached_property
     def rim_pairs(self) -> np.ndarray:
         """Grid coefficients on either side of each element edge at the rim of a hole, ``(n, 2)``.

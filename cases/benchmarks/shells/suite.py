@@ -1,7 +1,8 @@
 """Shells against published and exact figures, and their speed.
 
 Roof in three formulations [T tab. 6.1], locking, H2 rates (`shell_roof`); large rotations
-(`shell_rotations`); inflated spheres here; kernels and solvers (`shell_speed`).
+(`shell_rotations`); inflated spheres here; cloth that wrinkles (`cloth`); kernels and solvers
+(`shell_speed`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.revolution import sphere
 from ..report import Row
+from .cloth import cloth_rows
 from .roof import formulation_rows, locking_rows, rate_rows, roof
 from .rotations import rotation_rows
 from .speed import kernel_rows, reuse_rows, solver_rows
@@ -64,6 +66,7 @@ def run(quick: bool) -> Iterator[Row]:
         lambda: rate_rows((12, 24) if quick else (12, 24, 48), 32 if quick else 64),
         lambda: rotation_rows(quick),
         sphere_rows,
+        lambda: cloth_rows(quick),
         lambda: kernel_rows(16 if quick else 32),
         lambda: solver_rows((32,) if quick else (32, 64, 128, 256)),
         lambda: reuse_rows((16,) if quick else (16, 32, 64)),

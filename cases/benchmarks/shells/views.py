@@ -40,6 +40,22 @@ VIEWS = {
         {"law": "{law}", "stretch": "{stretch}"},
         ("{n} rows", "{error:.1e}"),
     ),
+    "cloth": View(
+        r"(?P<what>mylar balloon|square airbag|wrinkled strip), (?P<mesh>.+)",
+        {
+            "case": "{what}",
+            "mesh": "{mesh}",
+            "against": "{reference}",
+            "volume, m or force": "{value}",
+            "error": "{error:.1e}",
+            "diameter": "{diameter error:.1e}",
+            "height": "{height error:.1e}",
+            "wrinkled": "{wrinkled:.0%}",
+            "slack": "{slack:.0%}",
+            "Newton iterations": "{iterations}",
+            "seconds": "{seconds:.2g}",
+        },
+    ),
     "kernels": View(
         r"p=(?P<p>\d), (?P<what>.+)",
         {"": "{what}"},

@@ -19,12 +19,14 @@ from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.pillow import Pillow
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
-from ...geometry.bag_fields import BagFields, ContactLoad, Zones
+from ...geometry.bag_fields import BagFields, ContactLoad
 from ...geometry.bag_sampler import BagSampler, triangulated
 from ...geometry.folded import FoldedBag
+from ...geometry.wrinkles import ClothSampler
 from ...output.accuracy import Accuracy
 from ..collision import certified, touched_elements
 from ..inflow import prescribed_volume
@@ -33,17 +35,18 @@ from ..simulated import Simulated
 from .config import InflationScene
 from .plan import InflationPlan
 
+UNSTRETCHED = 1e-20  # membrane energy of rounding: a bag without folds has nothing to relax
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 
 
 def simulated(scene: InflationScene) -> Simulated:
     """Everything a run needs, from one scene."""
     plan = InflationPlan(scene)
-    body, sampler = plan.bag, BagSampler(plan.bag)
+    body, sampler = plan.bag, _sampler(scene, plan.bag)
     touching = contact(plan, sampler)
     shell = structure(scene, plan.bag, touching)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
-    if isinstance(body, FoldedBag) and scene.structure.reference == "flat":
+    if scene.structure.reference == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
         start = relaxed(shell, start)
     initial, i = shell.volume(body.coefficients), scene.inflow
 
@@ -60,7 +63,7 @@ def simulated(scene: InflationScene) -> Simulated:
         scheme=scheme(plan),
         volume=prescribed_volume(initial, i.final_volume * initial, i.t1, i.t2),
         initial=start,
-        sampler=fields(shell, sampler, touching),
+        sampler=fields(sampler, touching),
         diagnostics=diagnostics,
         skips=plan.skips(),
         collision=test(plan, touching),
@@ -81,21 +84,18 @@ def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
     return OnDemand(carrying, sampler.gap, numbers.reach)
 
 
+def fields(sampler: BagSampler, touching: OnDemand | None) -> BagFields:
+    """Grids for files and pictures, with the pressure of contact where it carries load."""
+    load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
+    return BagFields(sampler, load)
+
+
 def accuracy(plan: InflationPlan, touching: OnDemand | None) -> Accuracy:
     """Budget of the boundary integrals; elements in contact count apart."""
     body, cells = plan.bag, plan.scene.contact.tessellate
     touched = None if touching is None else touched_elements(touching, cells)
     measured = plan.measures_mesh
     return Accuracy(plan.budget, body.gap, body.extent, measured, touched=touched)
-
-
-def fields(shell: ShellStructure, sampler: BagSampler, touching: OnDemand | None) -> BagFields:
-    """Grids for files and pictures, with contact pressure and wrinkled zones where there are."""
-    load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
-    energy, zones = shell.shell, None
-    if isinstance(energy, KirchhoffLove) and energy.compression_share < 1.0:
-        zones = Zones.of(energy)
-    return BagFields(sampler, load, zones)
 
 
 def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:
@@ -107,14 +107,27 @@ def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None
     return Crossing(touching.contact.mesh)
 
 
+def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
+    """Draws the bag, and where it wrinkles if it can."""
+    if scene.structure.law != "tension-field":
+        return BagSampler(body)
+    return ClothSampler(body, _unstrained(scene, body), scene.structure.poisson_ratio)
+
+
+def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
+    """Coefficients of the membrane whose metric is free of stress."""
+    if scene.structure.reference == "flat" and isinstance(body, FoldedBag):
+        return body.flat[: body.n_membrane]
+    return body.coefficients[: body.n_membrane]
+
+
 def structure(scene: InflationScene, body: Bag, touching: OnDemand | None = None) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume, and what it touches."""
     c = scene.structure
     surface = body.membrane
     folded = body.coefficients[: body.n_membrane]
     flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
-    natural = flat if c.reference == "flat" else folded
-    basis = SurfaceBasis(surface, natural, points=c.quadrature or None)
+    basis = SurfaceBasis(surface, _unstrained(scene, body), points=c.quadrature or None)
     # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
     # creases that have set do not
     unfolds = flat is not folded and c.reference != "creased"
@@ -129,6 +142,7 @@ def structure(scene: InflationScene, body: Bag, touching: OnDemand | None = None
         curvature=curvature,
         membrane=c.membrane,
         compression_share=c.kept_compression,
+        hinges=surface.seam if isinstance(surface, Pillow) and c.seam == "hinged" else None,
     )
     volume = EnclosedVolume(basis, offset)
     return ShellStructure(shell, body.support(c.inflow_rim), volume, contact=touching)

@@ -42,6 +42,8 @@ class PancakeGeometry:
 class PillowGeometry:
     """A bag of unit length, ``width`` across, flat, folded or rolled.
 
+    A ``rectangle`` has round corners, a ``square`` is exactly one.
+
     It is folded ``folds`` times (``folds_across`` times more in the other direction) or rolled
     ``turns`` times; ``panel``, ``gap`` (distance of the sheets) and ``pitch`` of a roll in fold
     radii, the gap of a flat bag in units of L; ``crumple`` is the amplitude of a random
@@ -49,7 +51,7 @@ class PillowGeometry:
     """
 
     kind: str = rule("pillow", choices=("pillow",))
-    plan: str = rule("rectangle", choices=("rectangle", "round"))
+    plan: str = rule("rectangle", choices=("rectangle", "round", "square"))
     width: float = rule(1.0, least=0.01, most=100.0, only={"geometry.plan": ("rectangle",)})
     fold: str = rule("flat", choices=FOLDS)
     folds: int = rule(2, least=1, most=256, only=_folded("accordion", "double"))
@@ -105,6 +107,8 @@ class BagStructure:
 
     ``law = "tension-field"`` lets the membrane wrinkle without resistance, but for the share
     ``compression_share`` of its stiffness; only then may the rigidity be below 1e-14, or 0.
+    ``seam = "hinged"``: no bending in the elements along the rim of a pillow, where its sheets
+    are sewn together; ``"continuous"`` bends about the rim as the flat bag is bent there.
     """
 
     stiffness: float = rule(1.0, **RATIO)
@@ -117,6 +121,7 @@ class BagStructure:
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("folded", choices=("folded", "flat", "creased"), only=PILLOW)
+    seam: str = rule("continuous", choices=("continuous", "hinged"), only=PILLOW)
 
     @property
     def kept_compression(self) -> float:

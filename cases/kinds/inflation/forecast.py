@@ -17,6 +17,7 @@ from .. import locking
 from ..expected_accuracy import expected_accuracy
 from ..schemes import LIMITS
 from ..sizes import MEASURED, Sizes
+from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
 from .plan import InflationPlan
@@ -47,6 +48,9 @@ def forecast(scene: InflationScene) -> Forecast:
         for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
             items += more
             warnings += cautions
+    more, cautions = cloth(scene, plan.bag, volume(plan.bag))
+    items += more
+    warnings += cautions
     if not plan.has_flow:
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:
@@ -151,9 +155,13 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
         Item("reference", nature, "", REFERENCES[nature]),
     ]
     if nature == "flat":
-        energy = strain_energy(body, scene.structure.poisson_ratio)
-        strain = max(high - 1.0, 1.0 - low)
-        items.append(Item("initial membrane energy", energy, "", f"largest strain {strain:.2g}"))
+        c, strain = scene.structure, max(high - 1.0, 1.0 - low)
+        energy, note = strain_energy(body, c.poisson_ratio), f"largest strain {strain:.2g}"
+        if c.law == "tension-field":
+            whole, strain = energy, high - 1.0
+            energy = strain_energy(body, c.poisson_ratio, c.kept_compression)
+            note = f"tension only, to strains of {strain:.2g}: {energy / whole:.0%} of 'svk'"
+        items.append(Item("initial membrane energy", energy, "", note))
     return items, found.warnings()
 
 

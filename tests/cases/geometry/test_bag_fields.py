@@ -1,9 +1,9 @@
-"""Contact pressure and zones on the grids of a bag."""
+"""Contact pressure on the grids of a bag."""
 
 import numpy as np
 import pytest
 
-from cases.geometry.bag_fields import BagFields, ContactLoad, Zones
+from cases.geometry.bag_fields import BagFields, ContactLoad
 from cases.geometry.bag_sampler import BagSampler, triangulated
 from cases.geometry.folded import folded_bag
 from cases.geometry.folding import flat
@@ -36,17 +36,3 @@ def test_contact_pressure_stays_on_its_sheet(bag, cells):
     assert (np.sign(found) == np.sign(z))[middle].all()
     off = np.abs(np.abs(found) - 1.0 - x)[middle].max()
     assert off < (1e-12 if cells == 3 else 0.06)
-
-
-def test_cells_take_the_state_of_the_nearest_point(bag):
-    """Points (1/6, 1/2, 5/6)^2: with three cells a side each has its own; the inlet is taut."""
-    x = (np.arange(3) + 0.5) / 3.0
-    points = np.stack([g.ravel() for g in np.meshgrid(x, x, indexing="ij")])
-    n = bag.membrane.n_elements
-    state = np.random.default_rng(0).integers(0, 3, (n, 9))
-    fields = BagFields(BagSampler(bag), zones=Zones(points, lambda c: state))
-    found = fields.surface_grid(bag.coefficients)["cell_data"]["wrinkling"]
-    np.testing.assert_array_equal(found[: 9 * n], state.ravel())
-    assert not found[9 * n :].any()
-    coarse = fields.surface_grid(bag.coefficients, tessellate=1)["cell_data"]["wrinkling"]
-    np.testing.assert_array_equal(coarse[:n], state[:, 4])

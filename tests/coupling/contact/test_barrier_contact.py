@@ -5,8 +5,8 @@ import pytest
 from scipy.sparse import csr_matrix, identity
 
 from coupling import BarrierContact, SampledMesh
-from coupling.contact.barrier import barrier
-from coupling.contact.facing_search import OPPOSING, FacingSearch
+from coupling.contact.potential.barrier import barrier
+from coupling.contact.potential.facing_search import OPPOSING, FacingSearch
 
 GAP, REACH = 0.05, 0.2
 
@@ -53,14 +53,14 @@ def test_barrier_and_its_continuation():
 @pytest.mark.parametrize("outer", [True, False])
 def test_derivatives_and_momentum(outer):
     contact, c = facing_sheets(outer)
-    assert contact.facing(c).outer.all() == outer
+    assert contact.state(c).facing.outer.all() == outer
     step = np.random.default_rng(5).standard_normal(c.shape)
     gradient, tangent = contact.derivatives(c)
     h = 1e-7
     slope = (contact.energy(c + h * step) - contact.energy(c - h * step)) / (2 * h)
     assert gradient @ step.ravel() == pytest.approx(slope, rel=1e-7)
-    change = (contact.gradient(c + h * step) - contact.gradient(c - h * step)) / (2 * h)
-    exact = contact.derivatives(c, projected=False)[1]
+    change = (contact.derivatives(c + h * step)[0] - contact.derivatives(c - h * step)[0]) / (2 * h)
+    exact = contact.state(c).tangent(projected=False)
     assert exact @ step.ravel() == pytest.approx(change, abs=1e-6 * np.abs(change).max())
     values = np.linalg.eigvalsh(tangent.toarray())
     assert values[0] > -1e-12 * values[-1]
@@ -127,7 +127,7 @@ def test_closest_features_against_brute_force():
     for outer in (True, False):
         contact, c = facing_sheets(outer, shake=0.3, n=6)
         c[:20, :2] *= 1.3  # part of it hangs over the other sheet's edge
-        facing = contact.facing(c)
+        facing = contact.state(c).facing
         found = dict(
             zip(zip(facing.vertices[:, 0], facing.outer, strict=True), facing.distance, strict=True)
         )
@@ -165,3 +165,41 @@ def test_steps_stop_before_contact():
     assert contact.distance(apart) == np.inf
     assert contact.energy(apart) == 0.0
     assert contact.derivatives(apart)[1].nnz == 0
+
+
+def test_surfaces_of_quadrilaterals_and_of_triangles_side_by_side():
+    """The same sheets as cells, as triangles and as two surfaces: one energy, one matrix."""
+    contact, c = facing_sheets(shake=0.0)
+    triangles, half = contact.mesh.triangles, 64
+    doubled = np.concatenate([np.arange(len(c)), np.arange(10)])  # some samples twice
+    sampling = identity(len(c), format="csr")[doubled]
+    again = triangles.copy()
+    again[:40][again[:40] < 10] += len(c)  # these triangles see the other one of the two
+    empty = np.array([[0, len(c), 3]])  # between two samples that are one vertex
+    whole = SampledMesh.of_triangles(sampling, np.concatenate([again, empty]), c)
+    assert len(whole.triangles) == len(triangles)
+    low = triangles.max(axis=1) < half
+    parts = [
+        SampledMesh.of_triangles(identity(n, format="csr"), t, points)
+        for n, t, points in (
+            (half, triangles[low], c[:half]),
+            (len(c) - half, triangles[~low] - half, c[half:]),
+        )
+    ]
+    i, j = (v.ravel() for v in np.meshgrid(range(7), range(7), indexing="ij"))
+    cells = np.stack([i * 8 + j, (i + 1) * 8 + j, (i + 1) * 8 + j + 1, i * 8 + j + 1], axis=1)
+    parts.append(SampledMesh.of(identity(half, format="csr"), cells, c[:half]))
+    assert parts[2].areas(c[:half]).sum() == pytest.approx(parts[0].areas(c[:half]).sum(), rel=0.01)
+    union = SampledMesh.union(parts[:2])
+    right = contact.derivatives(c)
+    for mesh in (whole, union):
+        other = BarrierContact(mesh, mesh.areas(c), REACH, 3.0)
+        assert other.energy(c) == pytest.approx(contact.energy(c), rel=1e-13)
+        gradient, tangent = other.derivatives(c)
+        assert gradient == pytest.approx(right[0], abs=1e-13 * np.abs(right[0]).max())
+        assert np.abs((tangent - right[1]).toarray()).max() < 1e-12 * np.abs(right[1]).max()
+    with pytest.raises(ValueError, match="area for each of"):
+        BarrierContact(union, np.ones(3), REACH, 3.0)
+    with pytest.raises(ValueError, match="positive reach"):
+        BarrierContact(union, union.areas(c), 0.0, 3.0)
+    assert contact.energy(np.nan * c) == np.inf

@@ -179,14 +179,18 @@ def test_a_ball_lands_on_a_plane_and_is_pushed_by_it():
     assert change == pytest.approx(done, rel=1e-4)
 
 
-def test_failures_leave_the_state():
+def test_failures_leave_the_state(monkeypatch):
     structure, c = ball(max_iterations=1)
     state = at_rest(c)
     step = structure.step(state, None, 0.5, 1.5 * structure.volume(c))
     assert step.outcome is NewtonOutcome.LIMIT
     assert np.array_equal(state.coefficients, c)
-    touching, _ = ball(Floor(-0.5))
-    with pytest.raises(AssertionError):
-        touching.step(state, None, 0.5, structure.volume(c))
+    inside, _ = ball(Floor(-0.5))
+    monkeypatch.setattr(Floor, "free_step", lambda *ways: 0.005)
+    assert inside.step(state, None, 0.5, structure.volume(c)).outcome is NewtonOutcome.DIVERGED
+    touching, _ = ball(Floor(-1.1))
+    stuck = touching.step(state, None, 0.5, structure.volume(c))
+    assert stuck.outcome is NewtonOutcome.BLOCKED
+    assert stuck.newton_iterations == 3
     with pytest.raises(ValueError, match="static equilibria know no contact"):
         touching.static(c)

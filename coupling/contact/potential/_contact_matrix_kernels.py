@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-CORNERS = 4  # a sample and the corners of the triangle that faces it
-
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def local_functions(vertices, start, index, value, n):
-    """Basis functions that the four vertices of each contact see.
+    """Basis functions that the vertices ``(k, p)`` of each contact see.
 
     ``start, index, value`` are the sampling matrix by rows, ``n`` its columns. Returns their
     number ``(k,)``, the functions ``(k, most)`` and their values at the vertices
-    ``(k, 4, most)``.
+    ``(k, p, most)``.
     """
     most = 1
     for c in range(len(vertices)):
@@ -24,11 +22,12 @@ def local_functions(vertices, start, index, value, n):
         most = max(most, size)
     numbers = np.zeros(len(vertices), np.int64)
     functions = np.empty((len(vertices), most), np.int32)
-    values = np.zeros((len(vertices), CORNERS, most))
+    corners = vertices.shape[1]
+    values = np.zeros((len(vertices), corners, most))
     place = np.full(n, -1, np.int64)
     for c in range(len(vertices)):
         size = 0
-        for v in range(CORNERS):
+        for v in range(corners):
             for j in range(start[vertices[c, v]], start[vertices[c, v] + 1]):
                 a = index[j]
                 if place[a] < 0:
@@ -87,27 +86,28 @@ def partners(begin, contacts, numbers, functions, n):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def coefficient_matrix(blocks, vertices, start, index, value, n):
-    """``S^T H S`` as rows of a ``(3 n, 3 n)`` sparse matrix, from blocks ``(k, 4, 3, 4, 3)``."""
+    """``S^T H S`` as rows of a ``(3 n, 3 n)`` sparse matrix, from blocks ``(k, p, 3, p, 3)``."""
+    corners = vertices.shape[1]
     numbers, functions, values = local_functions(vertices, start, index, value, n)
     begin, contacts = by_function(numbers, functions, n)
     starts, columns = partners(begin, contacts, numbers, functions, n)
     pointer = np.empty(3 * n + 1, np.int32)
     indices, data = np.empty(9 * len(columns), np.int32), np.empty(9 * len(columns))
-    dense, half = np.zeros((n, 3, 3)), np.empty((CORNERS, 3, 3))
+    dense, half = np.zeros((n, 3, 3)), np.empty((corners, 3, 3))
     pointer[0] = 0
     for a in range(n):
         for place in range(begin[a], begin[a + 1]):
             c, j = contacts[place]
-            for q in range(CORNERS):
+            for q in range(corners):
                 for k in range(3):
                     for m in range(3):
                         total = 0.0
-                        for p in range(CORNERS):
+                        for p in range(corners):
                             total += values[c, p, j] * blocks[c, p, k, q, m]
                         half[q, k, m] = total
             for i in range(numbers[c]):
                 target = dense[functions[c, i]]
-                for q in range(CORNERS):
+                for q in range(corners):
                     weight = values[c, q, i]
                     if weight != 0.0:
                         for k in range(3):
