@@ -25,7 +25,7 @@ VIEWS = {
             "changed": "{changed}",
             "flow": "{model}",
             "rigidity": "{rigidity:.1e}",
-            "frames": "{frames}",
+            "frames of states": "{frames} of {states}",
             "crossing": "{crossing}",
             "nearest distance over reach": "{distance/reach:.2f}",
             "contact energy over stored": "{contact energy share:.1e}",
