@@ -67,5 +67,6 @@ def _run(name: str, overrides: Sequence[str], folder: Path) -> Row | None:
     try:
         start(scene, folder, Console())
     except SceneError as error:
-        return {**named(scene), "seconds": 0.0, "error": np.nan, "reference": f"none: {error}"}
+        failed = {"result": "NOT BUILT", "seconds": 0.0, "error": np.nan}
+        return {**named(scene), **failed, "reference": f"none: {error}"}
     return None
