@@ -16,6 +16,8 @@ VIEWS = {
             "steps, rejected": "{steps}, {rejected}",
             "seconds": "{seconds:.3g}",
             "volume error": "{error:.0e}",
+            "taken from a run of": "{date}",
+            "commit": "{commit}",
         },
     ),
     "touching": View(
@@ -30,7 +32,8 @@ VIEWS = {
             "nearest distance over reach": "{distance/reach:.2f}",
             "contact energy over stored": "{contact energy share:.1e}",
             "panel angle at the end": "{largest angle:.0f}",
-            "above uniform pressure, at equal volume": "{angle above:.1f} at {at V/V0:.2f}",
+            "above uniform pressure, at equal volume": "{angle above:.1f}",
+            "at V/V0": "{at V/V0:.2f}",
         },
     ),
     "solves": View(
