@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..conditions.loads import Follower
+from ..energy.interface import Contact
 from . import newton
-from .contact import Contact
 from .damped_tangent import DampedFactor
 from .supported_shell import SupportedShell
 

@@ -14,9 +14,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from ..conditions.rigid_motions import Mechanism, mechanism
-from ..energy.interface import Enclosure, ShellEnergy
+from ..energy.interface import Contact, Enclosure, ShellEnergy
 from . import newton
-from .contact import Contact
 
 
 class SupportedShell:

@@ -16,6 +16,7 @@ from cases import loader
 from cases.geometry.folded import exact_volume, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
+from cases.geometry.wrinkles import ClothSampler
 from cases.kinds import simulation
 from cases.kinds.collision import collision
 from cases.kinds.inflation import build
@@ -265,3 +266,17 @@ def test_an_accordion_opens_under_uniform_pressure():
     assert outcome.result is Result.COMPLETED
     angles = initial_bag(scene).panel_angles(states[-1].coefficients)
     assert angles.max() < 30.0
+
+
+def test_zones_of_a_bag_at_rest_are_taut(bag):
+    """Rounding has no zones; stretched it is taut, pressed together it is slack."""
+    rest = bag.coefficients[: bag.n_membrane]
+    cloth = ClothSampler(bag, rest, 0.0)
+
+    def zones(scale):
+        grid = cloth.surface_grid(scale * bag.coefficients)
+        return grid["cell_data"]["wrinkling"][grid["cell_data"]["part"] == 0]
+
+    assert not zones(1.0).any()
+    assert (zones(1.01) == 0).all()
+    assert (zones(0.99) == 2).all()
