@@ -16,7 +16,7 @@ from .headline import headline
 from .view import View, results, table
 
 HERE = Path(__file__).parent
-FILES = (HERE / "README.md", HERE.parents[1] / "README.md")
+FILES = (HERE / "README.md", HERE.parents[1] / "README.md", HERE.parent / "scenes" / "README.md")
 MARKED = re.compile(
     r"(<!-- (?:table (?P<name>\w+):(?P<view>\w+)|headline) -->\n).*?(<!-- end -->)", re.DOTALL
 )

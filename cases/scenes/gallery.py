@@ -30,6 +30,10 @@ ROOT = FOLDER.parents[1]
 RECORDS, PICTURES = FOLDER / "gallery.json", FOLDER.parent / "pictures"
 README, GALLERY = ROOT / "README.md", FOLDER / "README.md"
 WIDTH, BYTES = 900, 150_000  # largest picture
+MORE = {  # pictures of a run folder beside its overview, and what they show
+    "beside": "Beside a uniform pressure, at equal volumes",
+    "loads": "Contact (red) and wrinkled zones (blue)",
+}
 BUSY = 1.5  # load average of a machine that did other work beside a run
 MACHINE = ("processor", "cores", "memory_GB", "OMP_NUM_THREADS")
 Entry = Mapping[str, Any]
@@ -41,7 +45,8 @@ def add(folder: Path, load: float, commit: str) -> None:
     Parameters
     ----------
     folder : Path
-        A run folder with run.toml, run.json and overview.png.
+        A run folder with run.toml, run.json and overview.png; beside.png and loads.png, where
+        `airfold report` has drawn them, come along.
     load : float
         Load average of the machine while it ran.
     commit : str
@@ -50,6 +55,8 @@ def add(folder: Path, load: float, commit: str) -> None:
     entry = entry_of(folder, load, commit)
     records = {**read(), entry["scene"]: entry}
     shrink(folder / "overview.png", PICTURES / f"{entry['scene']}.png")
+    for more in entry["more"]:
+        shrink(folder / f"{more}.png", PICTURES / f"{entry['scene']}-{more}.png")
     with replacing(RECORDS) as file:
         json.dump(dict(sorted(records.items())), file, indent=1)
         file.write("\n")
@@ -79,6 +86,7 @@ def entry_of(folder: Path, load: float, commit: str) -> Entry:
         "versions": run["versions"],
         "commit": commit,
         "date": sessions[0]["started"][:10],
+        "more": [name for name in MORE if (folder / f"{name}.png").exists()],
     }
 
 
@@ -175,10 +183,15 @@ def _shown(entry: Entry) -> Iterable[str]:
         "",
         f"![{name}](../pictures/{name}.png)",
         "",
+        *(line for more in entry.get("more", []) for line in _more(name, more)),
         f"`{entry['command']}`: {entry['seconds']:.0f} s{beside} ({load}{threads}, "
         f"{entry['date']}, commit {entry['commit']}); {ending(entry)}.",
         "",
     ]
+
+
+def _more(name: str, more: str) -> tuple[str, ...]:
+    return f"{MORE[more]}:", "", f"![{name}, {more}](../pictures/{name}-{more}.png)", ""
 
 
 def _commit() -> str:

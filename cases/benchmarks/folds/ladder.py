@@ -13,7 +13,6 @@ import resource
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse.linalg import aslinearoperator
@@ -28,6 +27,7 @@ from ...geometry.pillow import accordion
 from ..compression.bags import fluid_solve, manufactured, strain
 from ..integrals.gaps import relative
 from ..report import Row
+from .growth import growth
 
 PANEL, GAP = 10.0, 0.4  # fold radii
 # measured on two folds: 1e-4 leaves tractions wrong by 3.8e-3
@@ -105,22 +105,6 @@ def _dense_row(
     }
 
 
-def _growth(rows: list[Row]) -> Iterator[Row]:
-    """Exponents of seconds and bytes between neighbouring rows of the ladder, beside N log N."""
-    for a, b in pairwise(rows):
-        step = np.log(b["unknowns"] / a["unknowns"])
-        loglog = np.log(np.log(b["unknowns"]) / np.log(a["unknowns"])) / step
-        memory = [r["bytes/unknown"] * r["unknowns"] for r in (a, b)]
-        yield {
-            "case": f"growth from {a['folds']} to {b['folds']} folds",
-            "seconds": b["seconds"],
-            "error": b["error"],
-            "exponent of seconds": np.log(b["seconds"] / a["seconds"]) / step,
-            "exponent of bytes": np.log(memory[1] / memory[0]) / step,
-            "exponent of N log N": 1.0 + loglog,
-        }
-
-
 def run(quick: bool) -> Iterator[Row]:
     """Rows of the ladder, as they come; ``quick`` stops at four folds."""
     compression = Compression("h2", TOLERANCE)
@@ -133,4 +117,4 @@ def run(quick: bool) -> Iterator[Row]:
         if row["unknowns"] <= (DENSE_QUICK if quick else DENSE):
             yield _dense_row(folds, layer, *solution)
         del layer, solution
-    yield from _growth(rows)
+    yield from growth(rows)

@@ -17,7 +17,17 @@ from ..report import Row
 from .like import named
 from .opened import measured
 
-QUICK = ("accordion-2-coarse", ["structure.reference=creased", "time.dt=10.0"])
+QUICK = (
+    "accordion-2-coarse",
+    [
+        "structure.reference=creased",
+        "inflow.final_volume=3.0",
+        "inflow.t1=20.0",
+        "inflow.t2=80.0",
+        "time.dt=8.0",
+        "time.end=104.0",
+    ],
+)
 PRESSURE = "fluid.model=pressure"
 
 
@@ -55,7 +65,8 @@ def _run(name: str, overrides: Sequence[str], folder: Path) -> Row | None:
     scene = loader.read(name, [*overrides, "output.picture=false"])
     assert isinstance(scene, InflationScene)  # folded bags are
     try:
-        start(scene, folder, Console(quiet=True))
+        start(scene, folder, Console())
     except SceneError as error:
-        return {**named(scene), "seconds": 0.0, "error": np.nan, "reference": f"none: {error}"}
+        failed = {"result": "NOT BUILT", "seconds": 0.0, "error": np.nan}
+        return {**named(scene), **failed, "reference": f"none: {error}"}
     return None
