@@ -99,7 +99,7 @@ def test_two_balloons_share_a_disc_of_the_pressure_inside():
     errors = []
     for rows in (12, 16):
         body, mesh, c = pair(rows)
-        for height in (0.96, 0.9, 0.85, 0.8):
+        for height in (0.92, 0.8):
             contact = stack(mesh, c, height)
             c = settle(body, contact, c, PRESSURE, aside=0.05)[0]
         load = contact.reactions(c)[1, 0]
