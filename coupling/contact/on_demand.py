@@ -79,11 +79,12 @@ class OnDemand:
         """Potential of the contact forces."""
         return self.contact.energy(coefficients) if self.near(coefficients) else 0.0
 
-    def derivatives(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
+    def derivatives(
+        self, coefficients: np.ndarray, projected: bool = True
+    ) -> tuple[np.ndarray, csr_matrix]:
         """Gradient and tangent of the potential."""
         if self.near(coefficients):
-            gradient, tangent = self.contact.derivatives(coefficients)
-            return gradient, tangent
+            return self.contact.derivatives(coefficients, projected)
         return np.zeros(coefficients.size), csr_matrix(2 * (coefficients.size,))
 
     def free_step(self, start: np.ndarray, end: np.ndarray) -> float:
