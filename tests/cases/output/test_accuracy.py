@@ -41,6 +41,9 @@ def test_the_verdict_names_both_parts():
     said = run.note(step(0.04, 7))
     assert said.startswith("traction error missed")
     assert "of the mesh's share 5.0e-03 on 2 elements in contact, 1.2e-02 elsewhere" in said
+    assert str(run.so_far()).endswith(
+        "5.0e-03 on elements in contact (2 at most), 1.2e-02 elsewhere"
+    )
     after = run.after()
     assert after["elements_in_contact"] == 2
     assert after["mesh_in_contact"] == pytest.approx(5e-3)
