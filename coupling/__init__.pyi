@@ -1,6 +1,7 @@
 from .contact.barrier_contact import BarrierContact as BarrierContact
 from .contact.contact_numbers import ContactNumbers as ContactNumbers
 from .contact.contact_numbers import choose_contact as choose_contact
+from .contact.crossing import Crossing as Crossing
 from .contact.potential.contact_state import ContactState as ContactState
 from .contact.potential.obstacles import BoxObstacle as BoxObstacle
 from .contact.potential.obstacles import CylinderObstacle as CylinderObstacle

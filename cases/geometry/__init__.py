@@ -2,6 +2,6 @@
 
 Read `bag.py` (membrane and inlet), `pancake.py` with `revolution.py`, then folded bags: `fold.py`
 (plane curves), `folding.py` (maps of the plane), `pillow.py`, `folded.py`, `crumple.py`,
-`inspection.py`. `bodies.py` has exact closed bodies for the boundary integrals (densities:
-`body_splines.py`).
+`inspection.py`, `wrinkles.py`. `bodies.py` has exact closed bodies for the boundary integrals
+(densities: `body_splines.py`).
 """

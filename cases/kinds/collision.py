@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from coupling.contact.on_demand import OnDemand
+from coupling.contact.on_demand import Carrying
 from coupling.contact.self_intersection import Collision
 
 from ..geometry.bag import Bag
@@ -50,16 +50,16 @@ def collision(body: Bag, tessellate: int = 3) -> Collision:
     return Collision(mesh, inlet, element, body.gap, finer, body.coefficients)
 
 
-def touched_elements(touching: OnDemand, cells: int) -> Callable[[np.ndarray], np.ndarray]:
+def touched_elements(touching: Carrying, cells: int) -> Callable[[np.ndarray], np.ndarray]:
     """Elements with a sample that contact presses on, ``(n_elements,)`` bool of a configuration.
 
     Parameters
     ----------
-    touching : OnDemand
+    touching : BarrierContact or OnDemand
     cells : int
         Of its mesh, per element side.
     """
-    mesh = touching.contact.mesh
+    mesh = touching.mesh
     element = mesh.cells // cells**2
 
     def touched(coefficients: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling import CollisionTest, Fluid, Recorder, Simulation, State, Structure, Tolerances
-from coupling.contact.on_demand import OnDemand
+from coupling.contact.on_demand import Carrying
 from coupling.contact.watch import Watch
 from coupling.schemes.contraction import measure_contraction
 from coupling.schemes.scheme import Scheme
@@ -46,7 +46,7 @@ class Simulated:
         Test of configurations for self-intersection.
     watch : Watch, optional
         From when on they are tested; default always.
-    contact : OnDemand, optional
+    contact : BarrierContact or OnDemand, optional
         What the structure's steps carry load with.
     accuracy : Accuracy, optional
         Budget of the boundary integrals, reviewed at the end of a run.
@@ -63,7 +63,7 @@ class Simulated:
     skips: tuple[str, ...]
     collision: CollisionTest | None = None
     watch: Watch | None = None
-    contact: OnDemand | None = None
+    contact: Carrying | None = None
     accuracy: Accuracy | None = None
 
     def simulation(self, recorders: Sequence[Recorder] = ()) -> Simulation:

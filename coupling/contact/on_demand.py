@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_matrix
+
+from .barrier_contact import BarrierContact
+from .sampled_mesh import SampledMesh
 
 
 @dataclass
@@ -20,7 +23,7 @@ class OnDemand:
 
     Parameters
     ----------
-    contact : Contact
+    contact : BarrierContact
     gap : callable
         Smallest gap of a configuration ``(n_full, 3)``.
     reach : float
@@ -31,7 +34,7 @@ class OnDemand:
         How often the contact was needed.
     """
 
-    contact: Any
+    contact: BarrierContact
     gap: Callable[[np.ndarray], float]
     reach: float
     measured: int = 0
@@ -39,6 +42,11 @@ class OnDemand:
     _centre: np.ndarray | None = field(default=None, init=False, repr=False)
     _far: float = field(default=0.0, init=False, repr=False)
     _close: float = field(default=0.0, init=False, repr=False)
+
+    @property
+    def mesh(self) -> SampledMesh:
+        """The sampled surface."""
+        return self.contact.mesh
 
     def at(self, t: float) -> OnDemand:
         """Itself: nothing moves by prescription."""
@@ -69,7 +77,7 @@ class OnDemand:
 
     def energy(self, coefficients: np.ndarray) -> float:
         """Potential of the contact forces."""
-        return float(self.contact.energy(coefficients)) if self.near(coefficients) else 0.0
+        return self.contact.energy(coefficients) if self.near(coefficients) else 0.0
 
     def derivatives(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
         """Gradient and tangent of the potential."""
@@ -80,11 +88,11 @@ class OnDemand:
 
     def free_step(self, start: np.ndarray, end: np.ndarray) -> float:
         """Fraction of the straight way on which nothing crosses."""
-        return float(self.contact.free_step(start, end)) if self.near(start, end) else 1.0
+        return self.contact.free_step(start, end) if self.near(start, end) else 1.0
 
     def distance(self, coefficients: np.ndarray) -> float:
         """Smallest distance of what contact keeps apart; infinity where that is out of reach."""
-        return float(self.contact.distance(coefficients)) if self.near(coefficients) else np.inf
+        return self.contact.distance(coefficients) if self.near(coefficients) else np.inf
 
     def force(self, coefficients: np.ndarray) -> np.ndarray:
         """Sum ``(3,)`` of the contact forces on the structure."""
@@ -92,10 +100,13 @@ class OnDemand:
 
     def within_reach(self, coefficients: np.ndarray) -> int:
         """Number of samples that contact forces act on."""
-        return int(self.contact.within_reach(coefficients)) if self.near(coefficients) else 0
+        return self.contact.within_reach(coefficients) if self.near(coefficients) else 0
 
     def pressure(self, coefficients: np.ndarray) -> np.ndarray:
         """Contact pressure ``(n,)`` at the samples."""
         if self.near(coefficients):
-            return np.asarray(self.contact.pressure(coefficients))
-        return np.zeros(self.contact.mesh.sample.shape[0])
+            return self.contact.pressure(coefficients)
+        return np.zeros(self.mesh.sample.shape[0])
+
+
+Carrying: TypeAlias = BarrierContact | OnDemand

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 COINCIDE = 1e-8  # distance of samples that are one, over the surface's size
+MOST_PIECES = 16  # of a straight way that is tested for contact
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,9 @@ class SampledMesh:
         """Whether the end is free of contact, and so is the straight way there."""
         return not self.intersects(end) and self.free_step(start, end) >= 1.0
 
-    def free_step(self, start: np.ndarray, end: np.ndarray, distance: float = 0.0) -> float:
+    def free_step(
+        self, start: np.ndarray, end: np.ndarray, distance: float = 0.0, piece: float = np.inf
+    ) -> float:
         """Fraction of the straight way between two configurations that is free of contact.
 
         Parameters
@@ -122,14 +125,24 @@ class SampledMesh:
             The first of them without contact.
         distance : float
             Closest that triangles may come to each other.
+        piece : float
+            Longest motion that is looked at in one go: pieces of a long way have fewer pairs of
+            triangles together than the whole, and those after a contact are not looked at.
         """
         ipctk = _quiet_ipctk()
-        a, b = (np.asfortranarray(self.sample @ c) for c in (start, end))
-        return float(
-            ipctk.compute_collision_free_stepsize(
-                self._collision_mesh, a, b, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
+        a = self.sample @ start
+        way = self.sample @ end - a
+        way -= way.mean(axis=0)  # a common translation brings nothing together
+        longest = float(np.sqrt(np.einsum("ij,ij->i", way, way).max()))
+        count = int(np.clip(np.ceil(longest / piece), 1, MOST_PIECES))
+        for k in range(count):
+            low, high = (np.asfortranarray(a + (i / count) * way) for i in (k, k + 1))
+            free = ipctk.compute_collision_free_stepsize(
+                self._collision_mesh, low, high, distance, narrow_phase_ccd=ipctk.AdditiveCCD()
             )
-        )
+            if free < 1.0:
+                return (k + float(free)) / count
+        return 1.0
 
     def areas(self, coefficients: np.ndarray) -> np.ndarray:
         """Area ``(n,)`` of each vertex: a third of its triangles', in some configuration."""

@@ -65,18 +65,13 @@ class StepControl:
         return 0.0 < 4.0 * self.error < error
 
     def ending(self, dt: float, causes: Sequence[Result]) -> Result | None:
-        """Say how a run ends whose next step is too small, or rejected for good.
+        """Say how a run ends whose next step is too small or hopeless; None if it goes on.
 
         Parameters
         ----------
         dt : float
         causes : sequence of Result
             Of the rejections since the last accepted step.
-
-        Returns
-        -------
-        Result or None
-            None where it goes on.
         """
         if dt >= self.smallest and causes[-len(STUCK) :] != STUCK:
             return None

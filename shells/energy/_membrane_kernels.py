@@ -8,7 +8,8 @@ the principal Green strains e1 >= e2 and the stiffness C = E h / (1 - nu^2):
     slack     else                  0
 
 Used is ``(1 - k) W_r + k W``. Strains are Voigt (E_00, E_11, 2 E_01) in an orthonormal frame, with
-the elasticity matrix there. W_r is convex and C1; its second derivative jumps between states.
+the elasticity matrix there. W_r is convex and C1; its second derivative jumps between states. What
+`_shell_kernels` sums at points without bending energy is here too.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What equilibrium asks of an energy, an enclosed volume and contact, of surfaces and curves alike.
+"""What equilibrium asks of an energy and of an enclosed volume, for surfaces and curves alike.
 
 Everywhere ``x (N,)`` is a dof vector of the basis; its coefficients ``(N / d, d)`` do as well.
 """
@@ -6,7 +6,6 @@ Everywhere ``x (N,)`` is a dof vector of the basis; its coefficients ``(N / d, d
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -116,72 +115,4 @@ class Enclosure(ABC):
         ------
         ValueError
             Naming what moves and must not.
-        """
-
-
-class Contact(Protocol):
-    """Frictionless contact of a structure with itself and with obstacles."""
-
-    def at(self, t: float) -> Contact:
-        """Contact with its obstacles where they are at a time.
-
-        Parameters
-        ----------
-        t : float
-
-        Returns
-        -------
-        Contact
-            Itself where nothing moves by prescription.
-        """
-
-    def energy(self, coefficients: np.ndarray) -> float:
-        """Potential of the contact forces.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
-
-        Returns
-        -------
-        float
-        """
-
-    def derivatives(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        """Gradient of the potential and a positive semi-definite tangent.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
-
-        Returns
-        -------
-        (3 n_full,) array and (3 n_full, 3 n_full) sparse matrix
-        """
-
-    def free_step(self, start: np.ndarray, end: np.ndarray) -> float:
-        """Fraction of the straight way between two configurations on which nothing crosses.
-
-        Parameters
-        ----------
-        start, end : (n_full, 3) array
-            Nothing crosses at the start.
-
-        Returns
-        -------
-        float
-            1 where the whole way is free; a contact is never reached, but stays ahead.
-        """
-
-    def distance(self, coefficients: np.ndarray) -> float:
-        """Smallest distance of what contact keeps apart.
-
-        Parameters
-        ----------
-        coefficients : (n_full, 3) array
-
-        Returns
-        -------
-        float
-            Infinity where nothing is within the reach of the forces.
         """

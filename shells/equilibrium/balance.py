@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..conditions.contact import Contact
 from ..conditions.loads import Follower
-from ..energy.interface import Contact
 from . import newton
 from .damped_tangent import DampedFactor
 from .supported_shell import SupportedShell

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..energy.interface import Contact
+from ..conditions.contact import Contact
 from .state import MotionState
 from .supported_shell import SupportedShell
 

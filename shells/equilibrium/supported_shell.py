@@ -13,8 +13,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
+from ..conditions.contact import Contact
 from ..conditions.rigid_motions import Mechanism, mechanism
-from ..energy.interface import Contact, Enclosure, ShellEnergy
+from ..energy.interface import Enclosure, ShellEnergy
 from . import newton
 
 

@@ -1,7 +1,8 @@
 """Inflation of a bag in space by Stokes flow or a uniform pressure [T ch. 6].
 
 Read `config.py` (the scene's tables), `plan.py` (what a scene comes to), `build.py` (objects),
-`forecast.py` (`airfold check`), then the pictures: `picture`, `animation`, `comparison`, `loads`.
+`forecast.py` with `cloth.py` and `difficulty.py` (`airfold check`), then the pictures: `picture`,
+`animation`, `comparison`, `loads`.
 """
 
 from ..kind import TimeFolder

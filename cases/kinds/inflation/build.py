@@ -9,7 +9,7 @@ import numpy as np
 
 from coupling import BarrierContact, CollisionTest, Fluid, State
 from coupling.contact.crossing import Crossing
-from coupling.contact.on_demand import OnDemand
+from coupling.contact.on_demand import Carrying, OnDemand
 from coupling.contact.watch import Watch
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
@@ -73,7 +73,7 @@ def simulated(scene: InflationScene) -> Simulated:
     )
 
 
-def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
+def contact(plan: InflationPlan, sampler: BagSampler) -> Carrying | None:
     """Forces between sheets, from the samples that tests use; None where nothing carries."""
     body, numbers = plan.bag, plan.carried
     if numbers is None:
@@ -81,16 +81,17 @@ def contact(plan: InflationPlan, sampler: BagSampler) -> OnDemand | None:
     mesh = triangulated(body, plan.scene.contact.tessellate)
     cut = body.flat if isinstance(body, FoldedBag) else body.coefficients
     carrying = BarrierContact(mesh, mesh.areas(cut), numbers.reach, numbers.stiffness)
-    return OnDemand(carrying, sampler.gap, numbers.reach)
+    # in a folded bag sheets are never far: a bound on motions would be measured all the time
+    return carrying if plan.folded else OnDemand(carrying, sampler.gap, numbers.reach)
 
 
-def fields(sampler: BagSampler, touching: OnDemand | None) -> BagFields:
+def fields(sampler: BagSampler, touching: Carrying | None) -> BagFields:
     """Grids for files and pictures, with the pressure of contact where it carries load."""
-    load = None if touching is None else ContactLoad(touching.contact.mesh, touching.pressure)
+    load = None if touching is None else ContactLoad(touching.mesh, touching.pressure)
     return BagFields(sampler, load)
 
 
-def accuracy(plan: InflationPlan, touching: OnDemand | None) -> Accuracy:
+def accuracy(plan: InflationPlan, touching: Carrying | None) -> Accuracy:
     """Budget of the boundary integrals; elements in contact count apart."""
     body, cells = plan.bag, plan.scene.contact.tessellate
     touched = None if touching is None else touched_elements(touching, cells)
@@ -98,13 +99,13 @@ def accuracy(plan: InflationPlan, touching: OnDemand | None) -> Accuracy:
     return Accuracy(plan.budget, body.gap, body.extent, measured, touched=touched)
 
 
-def test(plan: InflationPlan, touching: OnDemand | None) -> CollisionTest | None:
+def test(plan: InflationPlan, touching: Carrying | None) -> CollisionTest | None:
     """Test of motions: for touching sheets, or for crossing ones where contact carries load."""
     if plan.tested == "off":
         return None
     if touching is None:
         return certified(plan.bag, plan.scene.contact.tessellate)
-    return Crossing(touching.contact.mesh)
+    return Crossing(touching.mesh)
 
 
 def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
@@ -121,7 +122,7 @@ def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
     return body.coefficients[: body.n_membrane]
 
 
-def structure(scene: InflationScene, body: Bag, touching: OnDemand | None = None) -> ShellStructure:
+def structure(scene: InflationScene, body: Bag, touching: Carrying | None = None) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume, and what it touches."""
     c = scene.structure
     surface = body.membrane

@@ -7,21 +7,22 @@ from numba import njit
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def closest_on_triangle(p, a, b, c, weights):
-    """Closest point of a triangle to ``p``: its squared distance; ``weights (3,)`` are filled.
+def closest_on_triangle(points, i, a, b, c, weights):
+    """Closest point of the triangle a, b, c to point i: its squared distance and ``weights (3,)``.
 
     Weights of corners that do not span the closest feature are exactly 0
     [Ericson, Real-Time Collision Detection, 5.1.5].
     """
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        u, v = b[k] - a[k], c[k] - a[k]
-        d1 += u * (p[k] - a[k])
-        d2 += v * (p[k] - a[k])
-        d3 += u * (p[k] - b[k])
-        d4 += v * (p[k] - b[k])
-        d5 += u * (p[k] - c[k])
-        d6 += v * (p[k] - c[k])
+        pa, pb, pc = points[a, k], points[b, k], points[c, k]
+        u, v, x = pb - pa, pc - pa, points[i, k]
+        d1 += u * (x - pa)
+        d2 += v * (x - pa)
+        d3 += u * (x - pb)
+        d4 += v * (x - pb)
+        d5 += u * (x - pc)
+        d6 += v * (x - pc)
     vc, vb, va = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
     if d1 <= 0.0 and d2 <= 0.0:
         w1, w2 = 0.0, 0.0
@@ -43,8 +44,8 @@ def closest_on_triangle(p, a, b, c, weights):
         weights[0] = 0.0  # on the edge b c, where 1 - w1 - w2 leaves a rounding error
     square = 0.0
     for k in range(3):
-        r = p[k] - weights[0] * a[k] - weights[1] * b[k] - weights[2] * c[k]
-        square += r * r
+        y = weights[0] * points[a, k] + weights[1] * points[b, k] + weights[2] * points[c, k]
+        square += (points[i, k] - y) ** 2
     return square
 
 
@@ -62,7 +63,7 @@ def sort_into_cells(points, low, width, counts, cell):
         start[index + 1] += 1
     for j in range(len(start) - 1):
         start[j + 1] += start[j]
-    order, fill = np.empty(n, np.int64), start[:-1].copy()
+    order, fill = np.empty(n, np.int64), start.copy()
     for i in range(n):
         order[fill[cell[i]]] = i
         fill[cell[i]] += 1
@@ -70,23 +71,19 @@ def sort_into_cells(points, low, width, counts, cell):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def near_triangles(points, triangles, reach, low, width, counts):
-    """Triangles within ``reach`` of each point, without those it is a corner of.
+def near_pairs(points, triangles, reach, low, width, counts, start, order, pairs):
+    """Points within ``reach`` of each triangle, without its corners, as ``pairs (most, 2)``.
 
-    A regular grid of the points serves each triangle's box. Returns the first place of each
-    point ``(n + 1,)`` in the list of triangles, and the list.
+    A regular grid of the points (`sort_into_cells`) serves each triangle's box. Returns how many
+    there are, of which the first ones have found a place.
     """
-    n = len(points)
-    start, order = sort_into_cells(points, low, width, counts, np.empty(n, np.int64))
-    pairs, found = np.empty((16 * n + 64, 2), np.int32), 0
+    found, weights, lower, upper = 0, np.empty(3), np.empty(3), np.empty(3)
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
-    lower, upper, weights = np.empty(3), np.empty(3), np.empty(3)
     for t in range(len(triangles)):
-        ta, tb, tc = triangles[t]
-        a, b, c = points[ta], points[tb], points[tc]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for k in range(3):
-            lower[k] = min(a[k], b[k], c[k]) - reach
-            upper[k] = max(a[k], b[k], c[k]) + reach
+            lower[k] = min(points[a, k], points[b, k], points[c, k]) - reach
+            upper[k] = max(points[a, k], points[b, k], points[c, k]) + reach
             first[k] = min(max(int((lower[k] - low[k]) / width), 0), counts[k] - 1)
             last[k] = min(max(int((upper[k] - low[k]) / width), 0), counts[k] - 1)
         for x in range(first[0], last[0] + 1):
@@ -94,33 +91,43 @@ def near_triangles(points, triangles, reach, low, width, counts):
                 row = (x * counts[1] + y) * counts[2]
                 for place in range(start[row + first[2]], start[row + last[2] + 1]):
                     i = order[place]
-                    p = points[i]
-                    if i in (ta, tb, tc):
+                    inside = i not in (a, b, c)
+                    for k in range(3):
+                        inside = inside and lower[k] <= points[i, k] <= upper[k]
+                    if not inside:
                         continue
-                    if (
-                        p[0] < lower[0] or p[0] > upper[0]
-                        or p[1] < lower[1] or p[1] > upper[1]
-                        or p[2] < lower[2] or p[2] > upper[2]
-                    ):  # fmt: skip
+                    if closest_on_triangle(points, i, a, b, c, weights) > reach * reach:
                         continue
-                    if closest_on_triangle(p, a, b, c, weights) > reach * reach:
-                        continue
-                    if found == len(pairs):
-                        more = np.empty((2 * found, 2), np.int32)
-                        more[:found] = pairs
-                        pairs = more
-                    pairs[found, 0], pairs[found, 1] = i, t
+                    if found < len(pairs):
+                        pairs[found, 0], pairs[found, 1] = i, t
                     found += 1
+    return found
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def by_point(pairs, n):
+    """First place of each point ``(n + 1,)`` in a list of its triangles, and the list."""
     begin = np.zeros(n + 1, np.int64)
-    for j in range(found):
+    for j in range(len(pairs)):
         begin[pairs[j, 0] + 1] += 1
     for i in range(n):
         begin[i + 1] += begin[i]
-    listed, fill = np.empty(found, np.int32), begin[:-1].copy()
-    for j in range(found):
-        listed[fill[pairs[j, 0]]] = pairs[j, 1]
-        fill[pairs[j, 0]] += 1
+    listed, fill = np.empty(len(pairs), np.int32), begin.copy()
+    for j in range(len(pairs)):
+        i = pairs[j, 0]
+        listed[fill[i]] = pairs[j, 1]
+        fill[i] += 1
     return begin, listed
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def make_unit(normals):
+    """Vectors ``(n, 3)`` scaled to length 1; 0 stays."""
+    for t in range(len(normals)):
+        size = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+        if size > 0.0:
+            for k in range(3):
+                normals[t, k] /= size
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -128,7 +135,7 @@ def normals_of(points, triangles):
     """Unit normals of triangles and of their vertices, weighted by area; 0 where there is none."""
     faces, nodes = np.empty((len(triangles), 3)), np.zeros((len(points), 3))
     for t in range(len(triangles)):
-        ta, tb, tc = triangles[t]
+        ta, tb, tc = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             faces[t, k] = (points[tb, i] - points[ta, i]) * (points[tc, j] - points[ta, j]) - (
@@ -138,12 +145,8 @@ def normals_of(points, triangles):
             nodes[ta, k] += faces[t, k]
             nodes[tb, k] += faces[t, k]
             nodes[tc, k] += faces[t, k]
-    for normals in (faces, nodes):
-        for t in range(len(normals)):
-            size = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
-            if size > 0.0:
-                for k in range(3):
-                    normals[t, k] /= size
+    make_unit(faces)
+    make_unit(nodes)
     return faces, nodes
 
 
@@ -159,8 +162,7 @@ def facing_features(points, triangles, begin, listed, reach, opposing):
     chosen, weights = np.full((n, 2), -1, np.int32), np.zeros((n, 2, 3))
     best, trial = np.empty(2), np.empty(3)
     for i in range(n):
-        p = points[i]
-        best[:] = reach * reach
+        best[0], best[1] = reach * reach, reach * reach
         for place in range(begin[i], begin[i + 1]):
             t = listed[place]
             cosine = 0.0
@@ -168,15 +170,15 @@ def facing_features(points, triangles, begin, listed, reach, opposing):
                 cosine += nodes[i, k] * faces[t, k]
             if not cosine < opposing:
                 continue
-            ta, tb, tc = triangles[t]
-            square = closest_on_triangle(p, points[ta], points[tb], points[tc], trial)
+            ta, tb, tc = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            square = closest_on_triangle(points, i, ta, tb, tc, trial)
             if square >= best[0] and square >= best[1]:
                 continue
             own, other = 0.0, 0.0
             for k in range(3):
                 y = trial[0] * points[ta, k] + trial[1] * points[tb, k] + trial[2] * points[tc, k]
-                own += (p[k] - y) * nodes[i, k]
-                other += (p[k] - y) * faces[t, k]
+                own += (points[i, k] - y) * nodes[i, k]
+                other += (points[i, k] - y) * faces[t, k]
             if own < 0.0 and other > 0.0:
                 side = 0
             elif own > 0.0 and other < 0.0:
@@ -186,5 +188,6 @@ def facing_features(points, triangles, begin, listed, reach, opposing):
             if square < best[side]:
                 best[side] = square
                 chosen[i, side] = t
-                weights[i, side] = trial
+                for k in range(3):
+                    weights[i, side, k] = trial[k]
     return chosen, weights

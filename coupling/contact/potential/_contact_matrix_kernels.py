@@ -14,15 +14,14 @@ def local_functions(vertices, start, index, value, n):
     number ``(k,)``, the functions ``(k, most)`` and their values at the vertices
     ``(k, p, most)``.
     """
-    most = 1
+    most, corners = 1, vertices.shape[1]
     for c in range(len(vertices)):
         size = 0
-        for v in vertices[c]:
-            size += start[v + 1] - start[v]
+        for p in range(corners):
+            size += start[vertices[c, p] + 1] - start[vertices[c, p]]
         most = max(most, size)
     numbers = np.zeros(len(vertices), np.int64)
     functions = np.empty((len(vertices), most), np.int32)
-    corners = vertices.shape[1]
     values = np.zeros((len(vertices), corners, most))
     place = np.full(n, -1, np.int64)
     for c in range(len(vertices)):
@@ -60,28 +59,24 @@ def by_function(numbers, functions, n):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def partners(begin, contacts, numbers, functions, n):
-    """Sorted functions that share a contact with each function, as rows of a sparse matrix."""
-    mark, seen = np.full(n, -1, np.int64), np.empty(n, np.int32)
-    starts, columns = np.zeros(n + 1, np.int64), np.empty(64 * len(numbers) + 64, np.int32)
+def partners(begin, contacts, numbers, functions, n, starts, columns):
+    """Functions that share a contact with each function, as rows of a sparse matrix.
+
+    ``starts (n + 1,)`` and ``columns`` are filled; too short columns are counted only.
+    """
+    mark, place = np.full(n, -1, np.int64), 0
+    starts[0] = 0
     for a in range(n):
-        size = 0
-        for place in range(begin[a], begin[a + 1]):
-            c = contacts[place, 0]
-            for j in range(numbers[c]):
-                b = functions[c, j]
+        for j in range(begin[a], begin[a + 1]):
+            c = contacts[j, 0]
+            for i in range(numbers[c]):
+                b = functions[c, i]
                 if mark[b] != a:
                     mark[b] = a
-                    seen[size] = b
-                    size += 1
-        first = starts[a]
-        if first + size > len(columns):
-            more = np.empty(2 * (first + size), np.int32)
-            more[:first] = columns[:first]
-            columns = more
-        columns[first : first + size] = np.sort(seen[:size])
-        starts[a + 1] = first + size
-    return starts, columns[: starts[n]]
+                    if place < len(columns):
+                        columns[place] = b
+                    place += 1
+        starts[a + 1] = place
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -90,14 +85,17 @@ def coefficient_matrix(blocks, vertices, start, index, value, n):
     corners = vertices.shape[1]
     numbers, functions, values = local_functions(vertices, start, index, value, n)
     begin, contacts = by_function(numbers, functions, n)
-    starts, columns = partners(begin, contacts, numbers, functions, n)
+    starts = np.empty(n + 1, np.int64)
+    partners(begin, contacts, numbers, functions, n, starts, np.empty(0, np.int32))
+    columns = np.empty(starts[n], np.int32)
+    partners(begin, contacts, numbers, functions, n, starts, columns)
     pointer = np.empty(3 * n + 1, np.int32)
     indices, data = np.empty(9 * len(columns), np.int32), np.empty(9 * len(columns))
     dense, half = np.zeros((n, 3, 3)), np.empty((corners, 3, 3))
     pointer[0] = 0
     for a in range(n):
         for place in range(begin[a], begin[a + 1]):
-            c, j = contacts[place]
+            c, j = contacts[place, 0], contacts[place, 1]
             for q in range(corners):
                 for k in range(3):
                     for m in range(3):
@@ -106,13 +104,13 @@ def coefficient_matrix(blocks, vertices, start, index, value, n):
                             total += values[c, p, j] * blocks[c, p, k, q, m]
                         half[q, k, m] = total
             for i in range(numbers[c]):
-                target = dense[functions[c, i]]
+                b = functions[c, i]
                 for q in range(corners):
                     weight = values[c, q, i]
                     if weight != 0.0:
                         for k in range(3):
                             for m in range(3):
-                                target[k, m] += weight * half[q, k, m]
+                                dense[b, k, m] += weight * half[q, k, m]
         size = starts[a + 1] - starts[a]
         for k in range(3):
             out = 9 * starts[a] + 3 * k * size
@@ -123,5 +121,8 @@ def coefficient_matrix(blocks, vertices, start, index, value, n):
                     data[out + 3 * j + m] = dense[b, k, m]
             pointer[3 * a + k + 1] = out + 3 * size
         for j in range(size):
-            dense[columns[starts[a] + j]] = 0.0
+            b = columns[starts[a] + j]
+            for k in range(3):
+                for m in range(3):
+                    dense[b, k, m] = 0.0
     return data, indices, pointer

@@ -104,4 +104,6 @@ class ContactState:
 
         s, n = self.sample, self.sample.shape[1]
         parts = coefficient_matrix(blocks, vertices, s.indptr, s.indices, s.data, n)
-        return csr_matrix(parts, shape=(3 * n, 3 * n))
+        matrix = csr_matrix(parts, shape=(3 * n, 3 * n))
+        matrix.sort_indices()
+        return matrix

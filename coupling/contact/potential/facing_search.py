@@ -49,8 +49,10 @@ class FacingSearch:
     """
 
     def __init__(self, triangles: np.ndarray, reach: float, slack: float = SLACK) -> None:
-        self.triangles, self.reach, self.slack = triangles.astype(np.int64), reach, slack * reach
-        self.builds = 0
+        # one layout and type: kernels are compiled once
+        self.triangles = np.ascontiguousarray(triangles, dtype=np.int64)
+        self.reach, self.slack = reach, slack * reach
+        self.builds, self._room = 0, 0
         self._listed: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
     def facing(self, points: np.ndarray) -> Facing:
@@ -79,15 +81,28 @@ class FacingSearch:
             moved -= moved.mean(axis=0)
             if 4.0 * np.einsum("ij,ij->i", moved, moved).max() <= self.slack**2:
                 return self._listed[1:]
-        from ._closest_feature_kernels import near_triangles
-
-        reach = self.reach + self.slack
-        low, extent = points.min(axis=0), np.ptp(points, axis=0)
-        width = max(reach, 1e-3 * float(extent.max()))
-        while np.prod(extent / width + 1.0) > 8.0 * len(points) + 64.0:
-            width *= 1.25
-        counts = (extent / width).astype(np.int64) + 1
-        near = near_triangles(points, self.triangles, reach, low, width, counts)
+        near = self._near(points)
         self._listed = points.copy(), *near
         self.builds += 1
         return near
+
+    def _near(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        from ._closest_feature_kernels import by_point, near_pairs, sort_into_cells
+
+        n, reach = len(points), self.reach + self.slack
+        low, extent = points.min(axis=0), np.ptp(points, axis=0)
+        width = max(reach, 1e-3 * float(extent.max()))
+        while np.prod(extent / width + 1.0) > 8.0 * n + 64.0:
+            width *= 1.25
+        counts = (extent / width).astype(np.int64) + 1
+        start, order = sort_into_cells(points, low, width, counts, np.empty(n, np.int64))
+        self._room = max(self._room, 16 * n)
+        while True:
+            pairs = np.empty((self._room, 2), dtype=np.int32)
+            found = near_pairs(
+                points, self.triangles, reach, low, width, counts, start, order, pairs
+            )
+            if found <= self._room:
+                begin, listed = by_point(pairs[:found], n)
+                return begin, listed
+            self._room = int(1.2 * found)

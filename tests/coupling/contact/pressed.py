@@ -65,7 +65,7 @@ def settle(
     c, shift = start.ravel().copy(), 1e-3
     value = potential(c)
     for iteration in range(200):
-        gradient, tangent = contact.derivatives(c.reshape(-1, 3))
+        gradient, tangent = contact.derivatives(c.reshape(-1, 3), projected=False)
         gradient, blocks = gradient + spring @ (c - home), []
         for k, part in enumerate(np.split(c, count)):
             g, K = body.shell.gradient_and_tangent(part)

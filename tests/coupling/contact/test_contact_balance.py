@@ -93,6 +93,29 @@ def test_two_balloons_push_each_other_alike():
     assert not mesh.intersects(c)
 
 
+@pytest.mark.slow
+def test_two_balloons_share_a_disc_of_the_pressure_inside():
+    """Pressure times disc is the force, and the pressure of its core that inside [3%]."""
+    errors = []
+    for rows in (12, 16):
+        body, mesh, c = pair(rows)
+        for height in (0.96, 0.9, 0.85, 0.8):
+            contact = stack(mesh, c, height)
+            c = settle(body, contact, c, PRESSURE, aside=0.05)[0]
+        load = contact.reactions(c)[1, 0]
+        alone = BarrierContact(mesh, contact.areas, REACH, 4.0 * PRESSURE)
+        x, now = mesh.sample @ c, mesh.areas(c)
+        pressure = alone.pressure(c) * alone.areas / now
+        disc = 0.5 * now[pressure > 0.5 * PRESSURE].sum()  # both balloons have one
+        core = np.hypot(x[:, 1], x[:, 2]) < 0.5 * np.sqrt(load / (np.pi * PRESSURE))
+        core &= np.abs(x[:, 0]) < 0.5 * RADIUS
+        inside = np.average(pressure[core], weights=now[core])
+        errors.append([abs(load / (PRESSURE * disc) - 1.0), abs(inside / PRESSURE - 1.0)])
+    assert (np.array(errors[1]) < 0.04).all()
+    assert (np.array(errors[0]) < 0.08).all()
+    assert (np.array(errors[1]) < 0.8 * np.array(errors[0])).all()
+
+
 FOLDS = {
     "roll": (roll_folding(2.0, 1.0, 0.4), (36, 30), 0.142),
     "accordion": (accordion_folding(2, 6.0, 0.4), (28, 36), 0.15),
