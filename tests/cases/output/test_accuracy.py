@@ -63,7 +63,7 @@ def test_touched_elements_are_those_pressed_on():
     bag = folded_bag(Pillow(16, 8), flat(0.05))
     mesh = triangulated(bag, 3)
     upper = (mesh.sample @ bag.coefficients)[:, 2] > 0.02
-    contact = SimpleNamespace(contact=SimpleNamespace(mesh=mesh), pressure=lambda c: 1.0 * upper)
+    contact = SimpleNamespace(mesh=mesh, pressure=lambda c: 1.0 * upper)
     touched = touched_elements(contact, 3)(bag.coefficients)
     elements = bag.membrane.n_elements + bag.inlet.n_elements
     assert touched.shape == (elements,)
