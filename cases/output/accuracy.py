@@ -125,7 +125,13 @@ class Accuracy:
 
     def so_far(self) -> TractionError:
         """The largest shares along the run, with the verdict on their sum."""
-        return self._error(self.worst, self.advice)
+        apart = ""
+        if self.apart:
+            apart = (
+                f"of the mesh's share at most {self.apart['in_contact']:.1e} on elements in "
+                f"contact ({self.in_contact} at most), {self.apart['elsewhere']:.1e} elsewhere"
+            )
+        return self._error(self.worst, "; ".join(filter(None, [self.advice, apart])))
 
     def _error(self, shares: Mapping[str, float], advice: str = "") -> TractionError:
         mesh, quadrature, compression, krylov = (shares.get(name, np.nan) for name in SHARES)
@@ -144,6 +150,7 @@ class Accuracy:
             "largest_zeta": self.zeta,
             "steps_missed": self.missed,
             **self.so_far().describe(),
+            "advice": self.advice,
             "compression": self.worst.get("compression"),
             "elements_in_contact": self.in_contact,
             **{f"mesh_{name}": share for name, share in self.apart.items()},

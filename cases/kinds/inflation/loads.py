@@ -25,7 +25,7 @@ from ...output.figures import (
 )
 from ...output.history import read_history
 from ...output.vtk import read_grid
-from .picture import BagShot, cell_height, chosen, common_box, draw_surface, title
+from .picture import BagShot, cell_height, common_box, draw_surface, title
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
@@ -57,7 +57,7 @@ def loads(folder: Path) -> Path:
     """
     history = read_history(folder / "history.csv")
     frames = frames_of(folder)
-    shown = [_loaded(folder, *frame) for frame in chosen(frames, history)]
+    shown = [_loaded(folder, *frame) for frame in _spread(frames, history)]
     low, high = common_box([one.shot for one in shown])
     rows = -(-len(shown) // COLUMNS)
     tall = cell_height(WIDTH / COLUMNS, low, high)
@@ -79,6 +79,13 @@ def loads(folder: Path) -> Path:
     _cuts(figure, grid[rows].subgridspec(1, len(shown), wspace=0.1), shown, (low, high))
     _curves(figure, grid[rows + 1].subgridspec(1, 3, wspace=0.45), folder, frames, history)
     return save(figure, folder / "loads.png")
+
+
+def _spread(frames: list[tuple[float, str]], history: dict[str, Any]) -> list[tuple[float, str]]:
+    """Frames at even steps of volume: contact comes and goes along all of it."""
+    volume = np.interp([t for t, _ in frames], history["t"], history["volume"])
+    wanted = np.linspace(volume[0], volume[-1], 2 * COLUMNS)
+    return [frames[i] for i in sorted({int(np.argmin(abs(volume - w))) for w in wanted})]
 
 
 def _loaded(folder: Path, t: float, name: str) -> Loaded:
@@ -166,12 +173,16 @@ def _curves(
         share = history["contact_energy"] / np.maximum(stored, 1e-300)
         panels[1].plot(volume, 100.0 * share, color="tab:red")
         panels[1].set(ylabel="contact energy, % of the stored")
-    times = np.array([t for t, _ in frames])
-    shares = np.array([_shares(folder / name) for _, name in frames])
-    at = np.interp(times, history["t"], volume)
-    for k, name in ((1, "wrinkled"), (2, "slack")):
-        panels[2].plot(at, 100.0 * shares[:, k], ".-", color=TINTS[name], label=name)
-    panels[2].set(ylabel="% of the area")
+    at = np.interp([t for t, _ in frames], history["t"], volume)
+    figures = np.array([_figures(_loaded(folder, t, name)) for t, name in frames])
+    if figures[:, :2].any():
+        for k, name in enumerate(("wrinkled", "slack")):
+            panels[2].plot(at, 100.0 * figures[:, k], ".-", color=TINTS[name], label=name)
+        panels[2].set(ylabel="% of the area")
+    else:
+        panels[2].plot(at, figures[:, 2], ".-", color="tab:red", label="largest of contact")
+        panels[2].plot(volume, history["pressure"], color="black", label="of the bag")
+        panels[2].set(ylabel="pressure")
     panels[2].legend(frameon=False)
     for axes in panels:
         axes.set_xlabel("V/V₀")
@@ -182,12 +193,9 @@ def _finite(values: np.ndarray | None) -> np.ndarray | float:
     return np.nan if values is None else np.where(np.isfinite(values), values, np.nan)
 
 
-def _shares(path: Path) -> np.ndarray:
-    """Shares of the area that are taut, wrinkled and slack."""
-    mesh = read_grid(path)
-    quads = mesh.cells_dict["quad"]
-    zones = mesh.cell_data_dict.get(ZONES, {}).get("quad")
-    a, b, c, d = (mesh.points[quads[:, k]] for k in range(4))
+def _figures(one: Loaded) -> tuple[float, float, float]:
+    """Shares of the area that are wrinkled and slack, largest contact pressure of a frame."""
+    a, b, c, d = (one.shot.points[one.shot.quads[:, k]] for k in range(4))
     area = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
-    zone = np.zeros(len(quads), dtype=int) if zones is None else zones.astype(int)
-    return np.bincount(zone, area, minlength=3) / area.sum()
+    _, wrinkled, slack = np.bincount(one.zone, area, minlength=3) / area.sum()
+    return float(wrinkled), float(slack), float(one.pressure.max())

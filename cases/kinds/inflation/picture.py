@@ -51,7 +51,7 @@ def overview(folder: Path, scene: TimedScene) -> Path:
 
     frames = frames_of(folder)
     history = read_history(folder / "history.csv")
-    shots, quantity = read_shots(folder, chosen(frames, history))
+    shots, quantity = read_shots(folder, _chosen(frames, history))
     figure = new_figure(figsize=(15, 11.5), dpi=110)
     upper = figure.add_gridspec(2, 3, left=0.03, right=0.91, top=1.02, bottom=0.34, hspace=-0.1)
     lower = figure.add_gridspec(
@@ -89,7 +89,7 @@ def area_quantile(shots: list[BagShot]) -> float:
     return float(value[order][np.searchsorted(share, QUANTILE * share[-1])])
 
 
-def chosen(
+def _chosen(
     frames: list[tuple[float, str]], history: dict[str, np.ndarray]
 ) -> list[tuple[float, str]]:
     """Frames along growing increments of volume (of time, if it does not change).

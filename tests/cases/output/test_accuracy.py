@@ -41,6 +41,9 @@ def test_the_verdict_names_both_parts():
     said = run.note(step(0.04, 7))
     assert said.startswith("traction error missed")
     assert "of the mesh's share 5.0e-03 on 2 elements in contact, 1.2e-02 elsewhere" in said
+    assert str(run.so_far()).endswith(
+        "5.0e-03 on elements in contact (2 at most), 1.2e-02 elsewhere"
+    )
     after = run.after()
     assert after["elements_in_contact"] == 2
     assert after["mesh_in_contact"] == pytest.approx(5e-3)
@@ -60,7 +63,7 @@ def test_touched_elements_are_those_pressed_on():
     bag = folded_bag(Pillow(16, 8), flat(0.05))
     mesh = triangulated(bag, 3)
     upper = (mesh.sample @ bag.coefficients)[:, 2] > 0.02
-    contact = SimpleNamespace(contact=SimpleNamespace(mesh=mesh), pressure=lambda c: 1.0 * upper)
+    contact = SimpleNamespace(mesh=mesh, pressure=lambda c: 1.0 * upper)
     touched = touched_elements(contact, 3)(bag.coefficients)
     elements = bag.membrane.n_elements + bag.inlet.n_elements
     assert touched.shape == (elements,)
