@@ -21,7 +21,7 @@ from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
 from .scheme import Memory, Scheme, StepProblem, StepResult
 
-DENSE_LIMIT = 4000  # vector dofs up to which the dense response is cheaper than its Krylov solves
+DENSE_LIMIT = 800  # vector dofs up to which the dense response is cheaper than its Krylov solves
 
 
 class DenseDamping:

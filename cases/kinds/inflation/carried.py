@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from coupling.contact.barrier_contact import BarrierContact
+from coupling.contact.contact_numbers import REACH, SHORTEST
+
 from ...geometry.bag import Bag
+from ...geometry.bag_sampler import triangulated
 from ...geometry.folded import FoldedBag
 from .config import InflationScene
 
@@ -47,7 +53,22 @@ def carried(scene: InflationScene, body: Bag) -> Carried:
     """The numbers of a scene."""
     c = scene.contact
     forecast = opening_pressure(scene, body)
-    return Carried(c.reach * body.gap, c.stiffness or LINES * forecast, forecast)
+    reach = c.reach * body.gap or _free_reach(body)
+    return Carried(reach, c.stiffness or LINES * forecast, forecast)
+
+
+def _free_reach(body: Bag) -> float:
+    """Reach at which nothing acts at rest, unless sheets are too near for any."""
+    near = facing_distance(body) if isinstance(body, FoldedBag) else np.inf
+    return float(np.clip(near, SHORTEST * body.gap, REACH * body.gap))
+
+
+def facing_distance(bag: FoldedBag, cells: int = 3) -> float:
+    """Smallest distance of sheets whose normals oppose each other, up to the gap."""
+    mesh = triangulated(bag, cells)
+    areas = np.ones(mesh.sample.shape[0])
+    distance = BarrierContact(mesh, areas, bag.gap, 1.0).distance(bag.coefficients)
+    return distance if np.isfinite(distance) else bag.gap
 
 
 def opening_pressure(scene: InflationScene, body: Bag) -> float:

@@ -166,14 +166,15 @@ class BagInflow:
 class BagContact:
     """Contact of the bag with itself: forces that keep sheets apart, and a test of motions.
 
-    ``force`` "barrier" acts from a distance of ``reach`` smallest gaps on, in a folded bag always
-    and elsewhere while contact is possible; ``stiffness`` is the pressure that it is measured by
-    (0: four times the largest one forecast). ``test`` on ``tessellate`` cells a side "auto" starts
-    like the force. With forces it asks that nothing crosses, without that nothing touches.
+    ``force`` "barrier" acts from a distance of ``reach`` smallest gaps on (0: 0.15, or 0.1 where
+    sheets are that near at rest), in a folded bag always and elsewhere while contact is possible;
+    ``stiffness`` is the pressure that it is measured by (0: four times the largest one forecast).
+    ``test`` on ``tessellate`` cells a side "auto" starts like the force. With forces it asks that
+    nothing crosses, without that nothing touches.
     """
 
     force: str = rule("barrier", choices=("barrier", "none"))
-    reach: float = rule(0.15, least=1e-3, most=1.0, only=CARRIED)
+    reach: float = rule(0.0, least=0.0, most=1.0, only=CARRIED)
     stiffness: float = rule(0.0, least=0.0, most=1e3, only=CARRIED)
     test: str = rule("auto", choices=("auto", "on", "off"))
     tessellate: int = rule(3, least=1, most=16)

@@ -9,14 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.contact.barrier_contact import BarrierContact
-
-from ...geometry.bag_sampler import triangulated
 from ...geometry.folded import FoldedBag
 from ...geometry.folding import LEAD
 from ...output.forecast import Item
 from ..inflow import ramp_integral
-from .carried import opening_pressure, width_of
+from .carried import facing_distance, opening_pressure, width_of
 from .config import InflationScene
 from .plan import InflationPlan
 
@@ -90,14 +87,6 @@ def contact_lines(bag: FoldedBag, carried: object | None) -> tuple[list[Item], l
         f"mesh pinches them (raise mesh.around), or lower contact.reach to "
         f"{0.9 * near / bag.gap:.2g}"
     ]
-
-
-def facing_distance(bag: FoldedBag, cells: int = 3) -> float:
-    """Smallest distance of sheets whose normals oppose each other, up to the gap."""
-    mesh = triangulated(bag, cells)
-    areas = np.ones(mesh.sample.shape[0])
-    distance = BarrierContact(mesh, areas, bag.gap, 1.0).distance(bag.coefficients)
-    return distance if np.isfinite(distance) else bag.gap
 
 
 def touch(scene: InflationScene, bag: FoldedBag, pressure: float) -> Touch:

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from coupling.contact.contact_numbers import REACH
 from coupling.contact.watch import UNTIL
 from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget, larger_unknowns
@@ -69,7 +70,7 @@ class InflationPlan:
         """
         gap, extent = narrowest(self.scene)
         if self.folded and self.carries:
-            gap *= FLOOR * self.scene.contact.reach
+            gap *= FLOOR * (self.scene.contact.reach or REACH)
         return budget(self.scene.fluid.tolerance, gap, extent)
 
     @property
