@@ -20,8 +20,9 @@ C is symmetric; a skew part does no work along the way. C d is what updates the 
 iterate, too: no further solve of the fluid.
 
 Where Newton's iteration converges by itself its steps are taken whole and nothing is changed.
-Tangents of contact are cut down to positive ones, which converge linearly at last (by 0.3), so that
-steps in contact end at updates of 1e-6 of the length.
+Tangents of contact are cut down to positive ones, which converge linearly at last (by 0.3 to 0.5);
+from updates of 1e-3 of the length on the exact ones are tried first. Their forces have kinks, so
+that steps in contact end at updates of 1e-6 of the length.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ DECREASE = 1e-4  # share of the predicted decrease that is asked for
 SHIFTS = 12  # tried in one iteration, each four times the last
 HALVINGS = 8  # of a way, before a shift turns it
 ROUNDING = 1e-12  # of the stored energy: a rise below it is none
+NEAR = 1e-3  # of the length: updates from which on contact's exact tangent is tried
 TOUCHING = 1e-6  # of the length: where iterations in contact stop
 BLOCKED, PATIENCE = 0.01, 3  # free part of a way that leads nowhere; how many of them in a row
 FURTHER = 8.0  # times a way that a shift has shortened
@@ -101,20 +103,23 @@ class Descent:
             if len(self.history) == b.structure.max_iterations:
                 outcome = NewtonOutcome.LIMIT
                 break
-            at = b.equations(now.x, now.multiplier, self._kept is None, now.forces)
+            near = bool(self.history) and self.history[-1] < NEAR * b.structure.length
+            at = b.equations(now.x, now.multiplier, self._kept is None, now.forces, not near)
             norms.append(float(np.linalg.norm(at.residual)))
             if not np.isfinite(norms[-1]):
                 outcome = NewtonOutcome.DIVERGED
                 break
             try:
-                now, outcome = self._next(at, now)
+                now, outcome = self._next(at, now, near and at.touching)
             except (RuntimeError, np.linalg.LinAlgError, ValueError):
                 outcome = NewtonOutcome.SINGULAR
         left = norms[-1] / norms[0] if norms and norms[0] > 0.0 else 0.0
         history = tuple(self.history)
         return NewtonResult(now.x, now.multiplier, outcome, history, left, self.factorizations)
 
-    def _next(self, at: Equations, now: Iterate) -> tuple[Iterate, NewtonOutcome | None]:
+    def _next(
+        self, at: Equations, now: Iterate, exact: bool
+    ) -> tuple[Iterate, NewtonOutcome | None]:
         """The next iterate, and the outcome where the iteration ends with it."""
         s, b = self.balance.structure, self.balance
         tolerance = max(s.tolerance, TOUCHING * s.length if at.touching else 0.0)
@@ -139,6 +144,9 @@ class Descent:
             if new is not None:
                 self._kept = factored if s.reuse > 0.0 and shift == 0.0 else None
                 return new, last
+            if exact:
+                at, exact = b.equations(now.x, now.multiplier, True, now.forces), False
+                continue
             stiffness = abs(float(way.d @ (at.tangent @ way.d)))
             shift = max(4.0 * shift, 10.0 * stiffness / float(way.d @ (s.M_free @ way.d)))
         return now, NewtonOutcome.LIMIT

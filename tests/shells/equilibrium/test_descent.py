@@ -53,7 +53,7 @@ class Floor:
             np.inf if s.min() <= 0.0 else -self.stiffness * float(((1 - s) ** 2 * np.log(s)).sum())
         )
 
-    def derivatives(self, c):
+    def derivatives(self, c, projected=True):
         s = self._s(c)
         g, h = np.zeros_like(c), np.zeros_like(c)
         g[:, 2] = self.stiffness / self.reach * (2 * (1 - s) * np.log(s) - (1 - s) ** 2 / s)
