@@ -21,8 +21,10 @@ iterate, too: no further solve of the fluid.
 
 Where Newton's iteration converges by itself its steps are taken whole and nothing is changed.
 Tangents of contact are cut down to positive ones, which converge linearly at last (by 0.3 to 0.5);
-from updates of 1e-3 of the length on the exact ones are tried first. Their forces have kinks, so
-that steps in contact end at updates of 1e-6 of the length.
+from updates of 1e-3 of the length on the exact ones are tried first. Steps in contact end at
+updates of 1e-6 of the length. Contact forces jump where a sample changes the triangle that it
+faces, and a minimum may lie in such a kink: there directions stay longer, up to 1e-4, and what
+counts is the update as halved.
 """
 
 from __future__ import annotations
@@ -43,6 +45,7 @@ HALVINGS = 8  # of a way, before a shift turns it
 ROUNDING = 1e-12  # of the stored energy: a rise below it is none
 NEAR = 1e-3  # of the length: updates from which on contact's exact tangent is tried
 TOUCHING = 1e-6  # of the length: where iterations in contact stop
+KINK, TIGHT = 1e-4, 1e-9  # of the length and of the volume: what is left where forces jump
 BLOCKED, PATIENCE = 0.01, 3  # free part of a way that leads nowhere; how many of them in a row
 FURTHER = 8.0  # times a way that a shift has shortened
 
@@ -181,11 +184,14 @@ class Descent:
             work = a * float(d @ (now.forces + 0.5 * a * push))
             return new, new.energy - now.energy + work + mu * (abs(new.defect) - abs(now.defect))
 
+        kink = at.touching and way.shift == 0.0 and way.size <= KINK * s.length
         tie, free = ROUNDING * abs(now.energy), b.free_step(now.x, d)
         a = free
         new, rise = trial(a)
         while not rise <= DECREASE * a * slope + tie:
             a, halvings = 0.5 * a, halvings - 1
+            if halvings <= 0 and kink and a * way.size <= tolerance and self._tight(now):
+                return now, NewtonOutcome.CONVERGED
             if halvings <= 0:
                 return None, None
             new, rise = trial(a)
@@ -199,4 +205,9 @@ class Descent:
         self.penalty = mu
         self.history.append(way.size)
         self._blocked = self._blocked + 1 if free < BLOCKED else 0
+        if kink and a < free and a * way.size <= tolerance and self._tight(new):
+            return new, NewtonOutcome.CONVERGED
         return new, NewtonOutcome.BLOCKED if self._blocked == PATIENCE else None
+
+    def _tight(self, at: Iterate) -> bool:
+        return abs(at.defect) <= TIGHT * abs(self.balance.volume or 0.0)
