@@ -195,6 +195,10 @@ class Descent:
             if halvings <= 0:
                 return None, None
             new, rise = trial(a)
+        if a < free:  # a way that was just short enough may end high on the other side
+            nearer, lower = trial(0.5 * a)
+            if lower < rise:
+                new, rise, a = nearer, lower, 0.5 * a
         # a shift shortens the way down from a saddle: go on as long as that falls
         while way.shift > 0.0 and 1.0 <= a < FURTHER and b.free_step(now.x, 2.0 * a * d) == 1.0:
             further, lower = trial(2.0 * a)
