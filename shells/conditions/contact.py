@@ -36,12 +36,16 @@ class Contact(Protocol):
         float
         """
 
-    def derivatives(self, coefficients: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        """Gradient of the potential and a positive semi-definite tangent.
+    def derivatives(
+        self, coefficients: np.ndarray, projected: bool = True
+    ) -> tuple[np.ndarray, csr_matrix]:
+        """Gradient of the potential and a positive semi-definite tangent, or the exact one.
 
         Parameters
         ----------
         coefficients : (n_full, 3) array
+        projected : bool
+            False gives the second derivative as it is, with which Newton ends quadratically.
 
         Returns
         -------

@@ -73,10 +73,12 @@ class Balance:
         multiplier: float,
         with_tangent: bool,
         forces: np.ndarray | None = None,
+        projected: bool = True,
     ) -> newton.Equations:
         """Residual, tangent and constraint at free coordinates q.
 
-        ``forces`` are those of `forces`, if they are known.
+        ``forces`` are those of `forces`, if they are known; the tangent of contact is positive
+        or exact.
         """
         s = self.structure
         forces = self.forces(q) if forces is None else forces
@@ -95,7 +97,7 @@ class Balance:
             tangent = tangent - slope[: s.n, : s.n]
         K, residual = s.E_shell.T @ tangent @ s.E_shell, s.E_shell.T @ gradient + forces
         if self.contact is not None:
-            push, stiffness = self.contact.derivatives(self.configuration(q))
+            push, stiffness = self.contact.derivatives(self.configuration(q), projected)
             touching = bool(push.any())
             if touching:
                 K, residual = K + s.E.T @ stiffness @ s.E, residual + s.E.T @ push

@@ -53,7 +53,7 @@ class Floor:
             np.inf if s.min() <= 0.0 else -self.stiffness * float(((1 - s) ** 2 * np.log(s)).sum())
         )
 
-    def derivatives(self, c):
+    def derivatives(self, c, projected=True):
         s = self._s(c)
         g, h = np.zeros_like(c), np.zeros_like(c)
         g[:, 2] = self.stiffness / self.reach * (2 * (1 - s) * np.log(s) - (1 - s) ** 2 / s)
@@ -177,6 +177,34 @@ def test_a_ball_lands_on_a_plane_and_is_pushed_by_it():
     assert work["load_work"] > 0.0
     done = work["load_work"] + work["pressure_work"] - work["dissipation"]
     assert change == pytest.approx(done, rel=1e-4)
+
+
+class Crease(Floor):
+    """Pushes towards a height from both sides, with a force that jumps there."""
+
+    def at(self, t):
+        return self
+
+    def energy(self, c):
+        return 2e-3 * abs(c[:, 2].mean() - self.height)
+
+    def derivatives(self, c, projected=True):
+        g = np.zeros_like(c)
+        g[:, 2] = 2e-3 * np.sign(c[:, 2].mean() - self.height) / len(c)
+        return g.ravel(), diags(np.zeros(c.size)).tocsr()
+
+    def free_step(self, start, end):
+        return 1.0
+
+
+def test_a_minimum_in_a_kink_of_contact_is_found():
+    """The residual does not vanish there: it was halved for 25 iterations, and rejected."""
+    structure, c = ball(Crease(0.01998))
+    state = ShellState(0.0, c, np.tile([0.0, 0.0, 0.04], (len(c), 1)))
+    step = structure.step(state, None, 0.5, structure.volume(c))
+    assert step.ok
+    assert step.state.coefficients[:, 2].mean() == pytest.approx(0.01998, abs=2e-6)
+    assert structure.volume(step.state.coefficients) == pytest.approx(structure.volume(c), rel=1e-9)
 
 
 def test_failures_leave_the_state(monkeypatch):
