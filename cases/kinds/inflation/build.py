@@ -7,9 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from coupling import BarrierContact, CollisionTest, Fluid, State
-from coupling.contact.crossing import Crossing
-from coupling.contact.on_demand import Carrying, OnDemand
+from coupling import Fluid, State
+from coupling.contact.on_demand import Carrying
 from coupling.contact.watch import Watch
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
@@ -23,17 +22,15 @@ from shells.surfaces.pillow import Pillow
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
-from ...geometry.bag_fields import BagFields, ContactLoad
-from ...geometry.bag_sampler import BagSampler, triangulated
+from ...geometry.bag_sampler import BagSampler
 from ...geometry.folded import FoldedBag
 from ...geometry.wrinkles import ClothSampler
-from ...output.accuracy import Accuracy
-from ..collision import certified, touched_elements
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
 from .config import InflationScene
 from .plan import InflationPlan
+from .touching import accuracy, contact, fields, test
 
 UNSTRETCHED = 1e-20  # membrane energy of rounding: a bag without folds has nothing to relax
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
@@ -71,41 +68,6 @@ def simulated(scene: InflationScene) -> Simulated:
         watch=Watch(sampler.gap(body.coefficients), initial) if plan.tested == "auto" else None,
         accuracy=accuracy(plan, touching) if plan.has_flow else None,
     )
-
-
-def contact(plan: InflationPlan, sampler: BagSampler) -> Carrying | None:
-    """Forces between sheets, from the samples that tests use; None where nothing carries."""
-    body, numbers = plan.bag, plan.carried
-    if numbers is None:
-        return None
-    mesh = triangulated(body, plan.scene.contact.tessellate)
-    cut = body.flat if isinstance(body, FoldedBag) else body.coefficients
-    carrying = BarrierContact(mesh, mesh.areas(cut), numbers.reach, numbers.stiffness)
-    # in a folded bag sheets are never far: a bound on motions would be measured all the time
-    return carrying if plan.folded else OnDemand(carrying, sampler.gap, numbers.reach)
-
-
-def fields(sampler: BagSampler, touching: Carrying | None) -> BagFields:
-    """Grids for files and pictures, with the pressure of contact where it carries load."""
-    load = None if touching is None else ContactLoad(touching.mesh, touching.pressure)
-    return BagFields(sampler, load)
-
-
-def accuracy(plan: InflationPlan, touching: Carrying | None) -> Accuracy:
-    """Budget of the boundary integrals; elements in contact count apart."""
-    body, cells = plan.bag, plan.scene.contact.tessellate
-    touched = None if touching is None else touched_elements(touching, cells)
-    measured = plan.measures_mesh
-    return Accuracy(plan.budget, body.gap, body.extent, measured, touched=touched)
-
-
-def test(plan: InflationPlan, touching: Carrying | None) -> CollisionTest | None:
-    """Test of motions: for touching sheets, or for crossing ones where contact carries load."""
-    if plan.tested == "off":
-        return None
-    if touching is None:
-        return certified(plan.bag, plan.scene.contact.tessellate)
-    return Crossing(touching.mesh)
 
 
 def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
