@@ -19,7 +19,7 @@ from .folder import FolderError, scene_of
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..kinds.inflation.comparison import Comparison
+    from ..kinds.inflation.views.comparison import Comparison
 
 
 def draw(folder: Path) -> Path:
@@ -58,7 +58,7 @@ def draw_loads(folder: Path) -> Path:
     FolderError
         Frames without either.
     """
-    from ..kinds.inflation.loads import loads
+    from ..kinds.inflation.views.loads import loads
 
     _check(folder)
     with _drawing(folder):
@@ -78,7 +78,7 @@ def compare(folder: Path, other: Path) -> Comparison:
     FolderError
         One of them holds no run, or nothing to draw.
     """
-    from ..kinds.inflation.comparison import comparison
+    from ..kinds.inflation.views.comparison import comparison
 
     _check(folder)
     _check(other)

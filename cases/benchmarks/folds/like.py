@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ...kinds.inflation.config import InflationScene
-from ...kinds.inflation.equal_volumes import RunByVolume, largest_excess
+from ...kinds.inflation.views.equal_volumes import RunByVolume, largest_excess
 from ...output.figures import NoPicture
 from ...runs.folder import scene_of
 from ...scene_text import differences

@@ -8,5 +8,5 @@ from ..kind import TimeFolder
 from .config import SECTIONS, CapsuleScene, impossible
 
 KIND = TimeFolder(
-    CapsuleScene, SECTIONS, impossible, __name__, pictures="cases.kinds.inflation.picture"
+    CapsuleScene, SECTIONS, impossible, __name__, pictures="cases.kinds.inflation.views.picture"
 )

@@ -1,12 +1,13 @@
 """Inflation of a bag in space by Stokes flow or a uniform pressure [T ch. 6].
 
 Read `config.py` (the scene's tables), `plan.py` (what a scene comes to), `build.py` (objects),
-`forecast.py` with `cloth.py` and `difficulty.py` (`airfold check`), then the pictures: `picture`,
-`animation`, `comparison`, `loads`.
+`forecast.py` with `cloth.py` and `difficulty.py` (`airfold check`); `views` draws.
 """
 
 from ..kind import TimeFolder
 from .combinations import impossible
 from .config import SECTIONS, InflationScene
 
-KIND = TimeFolder(InflationScene, SECTIONS, impossible, __name__)
+KIND = TimeFolder(
+    InflationScene, SECTIONS, impossible, __name__, pictures=f"{__name__}.views.picture"
+)

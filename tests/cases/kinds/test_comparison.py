@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from cases.kinds.inflation.animation import at_even_times
-from cases.kinds.inflation.equal_volumes import RunByVolume, common_volumes, largest_excess
-from cases.kinds.inflation.loads import loads
-from cases.kinds.inflation.picture import BagShot, enclosed_volume
+from cases.kinds.inflation.views.animation import at_even_times
+from cases.kinds.inflation.views.equal_volumes import RunByVolume, common_volumes, largest_excess
+from cases.kinds.inflation.views.loads import loads
+from cases.kinds.inflation.views.picture import BagShot, enclosed_volume
 from cases.output.figures import NoPicture
 from cases.output.history import History
 from cases.output.vtk import write_frames, write_grid

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.figures import LIGHT, clipped, frames_of, new_figure, save, section
-from ...output.history import read_history
-from ...output.vtk import read_grid
-from ...sections import TimedScene
+from ....output.figures import LIGHT, clipped, frames_of, new_figure, save, section
+from ....output.history import read_history
+from ....output.vtk import read_grid
+from ....sections import TimedScene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from ...output.figures import NoPicture, frames_of
-from ...output.history import read_history
-from ...output.vtk import read_grid
+from ....output.figures import NoPicture, frames_of
+from ....output.history import read_history
+from ....output.vtk import read_grid
 from .picture import BagShot, enclosed_volume
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ...output.figures import (
+from ....output.figures import (
     NoPicture,
     frames_of,
     grown,
@@ -23,8 +23,8 @@ from ...output.figures import (
     section_with_cells,
     upper_cells,
 )
-from ...output.history import read_history
-from ...output.vtk import read_grid
+from ....output.history import read_history
+from ....output.vtk import read_grid
 from .picture import BagShot, cell_height, common_box, draw_surface, title
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ...output.figures import frames_of, new_figure
-from ...output.history import read_history
+from ....output.figures import frames_of, new_figure
+from ....output.history import read_history
 from .picture import (
     BagShot,
     area_quantile,

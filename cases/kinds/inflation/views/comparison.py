@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ...output.figures import grown, new_figure, save, section
+from ....output.figures import grown, new_figure, save, section
 from .equal_volumes import RunByVolume, common_volumes, largest_excess
 from .picture import COLOURS, BagShot, area_quantile, cell_height, common_box, draw_shot
 
