@@ -11,14 +11,17 @@ from scipy.sparse import eye
 
 from coupling.contact.sampled_mesh import SampledMesh
 
+from ...geometry.folded import FoldedBag
 from ...kinds.inflation.config import InflationScene
 from ...kinds.inflation.plan import InflationPlan
+from ...kinds.inflation.views.equal_volumes import RunByVolume
 from ...output.figures import frames_of
 from ...output.history import read_history
 from ...output.vtk import read_grid
 from ...runs.folder import scene_of
 from ..report import Row, revision
 from .like import beside, named
+from .order import opened_at, told
 
 WORKING = 0.01  # of the largest stored energy: below it shares of it mean nothing
 
@@ -68,10 +71,20 @@ def measured(folder: Path, others: Sequence[Path] = ()) -> Row:
         "states": steps + 1,
         "frames": frames,
         "crossing": crossing,
+        "largest pressure": float(history["pressure"].max()),
+        "assemblies a step": float(history["assemblies"].sum()) / max(steps, 1),
+        "folds open": _order(folder, scene),
         "largest angle": float(history["panel_angle"][-1]) if "panel_angle" in history else np.nan,
         **_contact(scene, history),
     }
     return {**row, **beside(folder, scene, others)}
+
+
+def _order(folder: Path, scene: InflationScene) -> str:
+    bag = InflationPlan(scene).bag
+    if not isinstance(bag, FoldedBag) or not bag.folding.squared_curvature:
+        return "no folds"
+    return told(opened_at(bag, RunByVolume.of(folder)))
 
 
 def crossings(folder: Path) -> tuple[int, int]:

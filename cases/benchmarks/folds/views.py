@@ -2,7 +2,8 @@
 
 from ..view import View
 
-OPENING = r"opening, .*"
+COARSE = r"mesh\.across=2[46]"  # the meshes of the study of contact's reach
+OPENING = rf"opening, (?!.*{COARSE}).*"
 VIEWS = {
     "openings": View(
         OPENING,
@@ -34,6 +35,22 @@ VIEWS = {
             "panel angle at the end": "{largest angle:.0f}",
             "above uniform pressure, at equal volume": "{angle above:.1f}",
             "at V/V0": "{at V/V0:.2f}",
+        },
+    ),
+    "floors": View(
+        rf"opening, .*{COARSE}.*",
+        {
+            "scene": "{scene}",
+            "changed": "{changed}",
+            "result": "`{result}`",
+            "V/V0": "{V/V0:.3g}",
+            "largest pressure": "{largest pressure:.4f}",
+            "folds open": "{folds open}",
+            "nearest distance over reach": "{distance/reach:.2f}",
+            "contact energy over stored": "{contact energy share:.1e}",
+            "assemblies a step": "{assemblies a step:.1f}",
+            "steps, rejected": "{steps}, {rejected}",
+            "seconds": "{seconds:.3g}",
         },
     ),
     "solves": View(
