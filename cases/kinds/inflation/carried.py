@@ -2,7 +2,8 @@
 
 A fold opens when the pressure has done its bending energy as work: ``p = rigidity int kappa^2 /
 (V_T - V_0)``, both sheets together. Bags of rigidity 1e-6 to 1e-5 were opened by 0.5 to 1.4 times
-that, an accordion of thin cloth (1e-7) by 5.4 times; contact lines carry up to four times the pressure inside.
+that, an accordion of thin cloth (1e-7) by 5.4 times; contact lines carry up to four times the
+pressure inside.
 """
 
 from __future__ import annotations
