@@ -8,7 +8,8 @@ Each iteration solves the bordered system for a direction d and a multiplier l+,
 where d.A d <= 0 it adds s M, from ``s = 10 |d.A d| / d.M d`` on, four times as much until
 ``d.(A + s M) d > 0``. The way a d is first whole, or as long as nothing crosses on it, and is
 halved until ``E + mu |Q - V|`` falls by ``1e-4 a (mu |Q - V| - E'.d)``, with mu twice the largest
-|l+| so far; then ``l += a (l+ - l)``. E'.d = l+ (Q - V) - d.(A + s M) d makes d a descent.
+|l+| so far (and once more where it then falls twice as much); then ``l += a (l+ - l)``. That
+``E'.d = l+ (Q - V) - d.(A + s M) d`` makes d a descent.
 
 Damping by a fluid, C v, is not quite symmetric, so that it has no potential. What counts in its
 place is the work done against it along the way: from q over a d
@@ -195,9 +196,9 @@ class Descent:
             if halvings <= 0:
                 return None, None
             new, rise = trial(a)
-        if a < free:  # a way that was just short enough may end high on the other side
+        if a < free:  # just short enough, it may have climbed again: half of it, if twice as low
             nearer, lower = trial(0.5 * a)
-            if lower < rise:
+            if lower < 2.0 * rise:
                 new, rise, a = nearer, lower, 0.5 * a
         # a shift shortens the way down from a saddle: go on as long as that falls
         while way.shift > 0.0 and 1.0 <= a < FURTHER and b.free_step(now.x, 2.0 * a * d) == 1.0:
