@@ -104,8 +104,9 @@ def minimise(
     ------
     ValueError
         A pressure on a structure that encloses no volume; a load with a resultant along a
-        translation that no support holds.
+        translation that no support holds; a structure with contact.
     """
+    structure.refuse_contact("minima of the potential")
     if load is not None:
         structure.mechanism.refuse_resultant(load)
 

@@ -71,8 +71,10 @@ def lowest_modes(
     ------
     ValueError
         A load on supports only or one without potential (a pressure on edges that move); for
-        buckling also a free rigid motion, or a state that is unstable without the load.
+        buckling also a free rigid motion, or a state that is unstable without the load. A
+        structure with contact.
     """
+    structure.refuse_contact("modes")
     K = _tangent(structure, coefficients, pressure)
     count = min(count, K.shape[0])
     if load is None:

@@ -18,8 +18,7 @@ def static_equilibrium(
     load: np.ndarray | Follower | None,
 ) -> ShellStep:
     """Equilibrium near a configuration; parameters and errors as in `ShellStructure.static`."""
-    if structure.contact is not None:
-        raise ValueError("static equilibria know no contact: take steps in time until it rests")
+    structure.refuse_contact("static equilibria")
     structure.mechanism.refuse(dead=not callable(load))
     linear = np.zeros(structure.E.shape[1])
     follower = None

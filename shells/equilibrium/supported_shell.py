@@ -68,6 +68,16 @@ class SupportedShell:
         """Rigid motions that the supports leave free."""
         return mechanism(self.E, self.shell.basis)
 
+    def refuse_contact(self, what: str) -> None:
+        """Refuse a structure with contact where it would be left out of account.
+
+        Raises
+        ------
+        ValueError
+        """
+        if self.contact is not None:
+            raise ValueError(f"{what} know no contact: take steps in time until it rests")
+
     @cached_property
     def _normal_solver(self) -> Any:
         return splu((self.E.T @ self.E).tocsc())

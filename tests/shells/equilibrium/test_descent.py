@@ -12,6 +12,8 @@ from cases.geometry.revolution import sphere
 from shells.conditions.supports import extraction
 from shells.equilibrium.balance import Balance
 from shells.equilibrium.descent import Descent
+from shells.equilibrium.minimise import minimise
+from shells.equilibrium.modes import lowest_modes
 from shells.equilibrium.newton import NewtonOutcome
 from shells.equilibrium.state import ShellState
 
@@ -222,3 +224,7 @@ def test_failures_leave_the_state(monkeypatch):
     assert stuck.newton_iterations == 3
     with pytest.raises(ValueError, match="static equilibria know no contact"):
         touching.static(c)
+    with pytest.raises(ValueError, match="minima of the potential know no contact"):
+        minimise(touching, c, 1e-3)
+    with pytest.raises(ValueError, match="modes know no contact"):
+        lowest_modes(touching, c)
