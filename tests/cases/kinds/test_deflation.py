@@ -9,12 +9,14 @@ import pytest
 
 from cases import loader
 from cases.benchmarks.recorded import RecordedHistory
+from cases.geometry.bag_sampler import triangulated
 from cases.kinds import simulation
 from cases.kinds.inflation.plan import InflationPlan
 from coupling import Result
 
 REDUCED = ("mesh.degree=2", "mesh.around=8", "time.dt=32", "fluid.outer_points=2")
 EMPTIED = (*REDUCED, "inflow.final_volume=0.02")
+UNCARRIED = (*EMPTIED, "contact.force=none")
 PER_ELEMENT = np.linspace(0.0, 1.0, 24)
 
 
@@ -31,7 +33,7 @@ class Notes(RecordedHistory):
 
 def emptied(name, *options, steps=None):
     """Bag, history and outcome of a run."""
-    scene, history = loader.read(name, [*EMPTIED, *options]), Notes()
+    scene, history = loader.read(name, [*UNCARRIED, *options]), Notes()
     return InflationPlan(scene).bag, history, simulation(scene, [history]).run(steps=steps)
 
 
@@ -96,12 +98,27 @@ def test_deflation_ends_before_sheets_cross():
 
 def test_inflation_starts_without_the_test():
     """An unfolded bag that fills says what it skips, and needs no test while its sheets part."""
-    scene, history = loader.read("pancake-pressure", [*REDUCED, "time.dt=4"]), Notes()
+    options = [*REDUCED, "time.dt=4", "contact.force=none"]
+    scene, history = loader.read("pancake-pressure", options), Notes()
     assert any("self-intersection: until the gap halves" in s for s in InflationPlan(scene).skips())
     run = simulation(scene, [history])
     assert run.run(steps=3).result is Result.STOPPED
     assert run.collision.counts["tests"] == 1  # of the initial bag
     assert not any("self-intersection" in text for _, text in history.notes)
+
+
+@pytest.mark.slow
+def test_contact_carries_the_sheets_of_an_emptied_bag():
+    """Forces take it from 45% of the volume, where sheets meet, to less than 20% uncrossed."""
+    scene, history = loader.read("pancake-pressure", [*EMPTIED, "time.dt_floor=1"]), Notes()
+    body, run = InflationPlan(scene).bag, simulation(scene, [history])
+    outcome = run.run()
+    assert outcome.result in (Result.COMPLETED, Result.STEP_FLOOR)
+    row = history.rows[-1]
+    assert row["volume"] / history.rows[0]["volume"] < 0.2  # measured 0.15
+    assert row["contacts"] > 100
+    finer = triangulated(body, 6)
+    assert not any(finer.intersects(state.coefficients) for state in history.states)
 
 
 @pytest.mark.slow
