@@ -97,7 +97,9 @@ def test_counts_and_gaps_are_those_of_the_fitted_bag(name):
     bag = found.bag
     assert found.elements == sum(part.n_elements for part in bag.parts)
     assert found.unknowns == 3 * sum(part.n_dofs for part in bag.parts)
-    assert found.budget.thinness == pytest.approx(bag.gap / (2.0 * bag.extent), rel=1e-12)
+    # where sheets may touch, films are as thin as contact leaves them: 0.4 of a reach of 0.15 gaps
+    left = 0.06 if found.folded else 1.0
+    assert found.budget.thinness == pytest.approx(left * bag.gap / (2.0 * bag.extent), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +126,9 @@ def test_what_the_memory_cannot_hold_is_refused_unbuilt(monkeypatch, capsys, sce
 
 def test_large_bags_are_forecast_without_their_geometry(monkeypatch):
     monkeypatch.setattr(plan, "initial_bag", None)
-    found = KINDS["inflation"].forecast(loader.read("accordion-8", ["mesh.around=400"]))
+    found = KINDS["inflation"].forecast(
+        loader.read("accordion-8", ["mesh.around=400", "mesh.across=200"])
+    )
     named = {item.name: item for item in found.items}
     assert named["elements"].value == 80000
     assert named["compressed operator"].unit == "GB"

@@ -84,7 +84,8 @@ def _order(folder: Path, scene: InflationScene) -> str:
     bag = InflationPlan(scene).bag
     if not isinstance(bag, FoldedBag) or not bag.folding.squared_curvature:
         return "no folds"
-    return told(opened_at(bag, RunByVolume.of(folder)))
+    volumes = opened_at(bag, RunByVolume.of(folder))
+    return told(volumes) if len(volumes) else "frames of another mesh"
 
 
 def crossings(folder: Path) -> tuple[int, int]:

@@ -38,8 +38,11 @@ def fold_angles(bag: FoldedBag, points: np.ndarray, quads: np.ndarray) -> np.nda
 
 
 def opened_at(bag: FoldedBag, run: RunByVolume) -> np.ndarray:
-    """V/V0 at which each fold has opened, NaN for those that have not."""
+    """V/V0 at which each fold has opened, NaN for those that have not; empty for another mesh."""
     grids = [read_grid(run.folder / name) for _, name in run.frames]
+    elements = bag.membrane.n_elements + bag.inlet.n_elements
+    if len(grids[0].cells_dict["quad"]) % elements:
+        return np.empty(0)
     angles = np.array([fold_angles(bag, g.points, g.cells_dict["quad"]) for g in grids])
     share = angles / angles[0]
     found = np.full(angles.shape[1], np.nan)

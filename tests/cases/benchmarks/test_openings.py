@@ -9,6 +9,9 @@ from cases import loader
 from cases.benchmarks import record
 from cases.benchmarks.folds.like import PREFIX
 from cases.benchmarks.folds.opened import crossings, measured
+from cases.benchmarks.folds.order import fold_angles, told
+from cases.geometry.bag_sampler import BagSampler
+from cases.kinds.inflation.plan import InflationPlan
 from cases.output.history import History
 from cases.output.vtk import write_frames, write_grid
 from cases.scene_text import write
@@ -39,6 +42,7 @@ def folder_of(path, angles, overrides=(), crossed=()):
         )
         frames.append((float(k), name))
         row = {"step": k, "t": float(k), "volume": 2.0**k, "volume_prescribed": 2.0**k}
+        row |= {"pressure": 0.1 * k, "assemblies": 2 * (k > 0)}
         energy = {"membrane_energy": 1.0, "bending_energy": 3.0, "contact_energy": 0.02 * k}
         near = {"contact_distance": np.inf if k == 0 else 1e-3 / k, "panel_angle": angle}
         history.append({**row, **energy, **near})
@@ -88,3 +92,16 @@ def test_rows_of_runs_stay_until_taken_anew(tmp_path, monkeypatch):
     assert rows[0]["case"] == "accordion 2, h2"
     assert [row["commit"] for row in rows[1:]] == ["abc1235"]
     assert rows[1]["date"] == "2026-01-02"
+
+
+def test_folds_open_in_turn(tmp_path):
+    """Two panels turn back about one fold after the other; half of the angle counts as open."""
+    bag = InflationPlan(loader.read(NAME)).bag
+    sampler = BagSampler(bag)
+    first = np.asarray(sampler.surface_grid(bag.coefficients)["points"])
+    last = np.asarray(sampler.surface_grid(bag.flat)["points"])
+    quads = np.asarray(sampler.surface_grid(bag.flat)["quads"])
+    assert fold_angles(bag, first, quads) == pytest.approx(180.0, abs=3.0)
+    assert fold_angles(bag, last, quads) == pytest.approx(0.0, abs=1.0)
+    assert told(np.array([4.0, 2.0, np.nan])) == "2 of 3: 2 at 2.00, 1 at 4.00"
+    assert told(np.array([np.nan])) == "0 of 1"
