@@ -15,7 +15,7 @@ from ...geometry.folded import FoldedBag
 from ...kinds.inflation.config import InflationScene
 from ...kinds.inflation.plan import InflationPlan
 from ...kinds.inflation.views.equal_volumes import RunByVolume
-from ...output.figures import frames_of
+from ...output.figures import NoPicture, frames_of
 from ...output.history import read_history
 from ...output.vtk import read_grid
 from ...runs.folder import scene_of
@@ -84,7 +84,10 @@ def _order(folder: Path, scene: InflationScene) -> str:
     bag = InflationPlan(scene).bag
     if not isinstance(bag, FoldedBag) or not bag.folding.squared_curvature:
         return "no folds"
-    volumes = opened_at(bag, RunByVolume.of(folder))
+    try:
+        volumes = opened_at(bag, RunByVolume.of(folder))
+    except NoPicture:
+        return "too few frames"
     return told(volumes) if len(volumes) else "frames of another mesh"
 
 
