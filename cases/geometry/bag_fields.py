@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from coupling.contact.sampled_mesh import SampledMesh, halve_quadrilaterals
+from coupling.contact.sampled_mesh import SampledMesh
 
 from .bag_sampler import BagSampler
 
@@ -53,30 +53,27 @@ class BagFields:
         return grid
 
     def _vertices(self, tessellate: int) -> np.ndarray:
-        """Vertex of the sampled mesh at, or nearest to, each point of a grid."""
+        """Vertex of the sampled mesh at, or in the same element nearest to, each point of a grid.
+
+        Elements tell sheets and turns of a roll apart, which may be nearer than neighbours.
+        """
         if tessellate not in self._known:
             assert self.contact is not None
-            rest, mesh = self.sampler.body.coefficients, self.contact.mesh
-            grid: dict[str, Any] = self.sampler.surface_grid(rest, tessellate=tessellate)
-            halves = halve_quadrilaterals(grid["quads"], grid["points"])
-            vertices = mesh.sample @ rest
-            # both sheets of a panel may be nearer than neighbours; their normals oppose each other
-            size = np.ptp(vertices, axis=0).max()
-            keys = [
-                np.hstack([points, size * _normals(points, triangles)])
-                for points, triangles in ((vertices, mesh.triangles), (grid["points"], halves))
-            ]
-            self._known[tessellate] = cKDTree(keys[0]).query(keys[1])[1]
+            body, mesh = self.sampler.body, self.contact.mesh
+            grid: dict[str, Any] = self.sampler.surface_grid(
+                body.coefficients, tessellate=tessellate
+            )
+            n_elements = sum(part.n_elements for part in body.parts)
+            cells = (int(mesh.cells.max()) + 1) // n_elements
+            vertices, element = mesh.triangles.ravel(), np.repeat(mesh.cells // cells, 3)
+            points = mesh.sample @ body.coefficients
+            apart = 10.0 * np.ptp(points, axis=0).max()
+            known = np.column_stack([points[vertices], apart * element])
+            asked = np.repeat(np.arange(n_elements), (tessellate + 1) ** 2)
+            found = cKDTree(known).query(np.column_stack([grid["points"], apart * asked]))[1]
+            self._known[tessellate] = vertices[found]
         return self._known[tessellate]
 
     @cached_property
     def _known(self) -> dict[int, np.ndarray]:
         return {}
-
-
-def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals ``(n, 3)`` at vertices, means of their triangles by area."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    cross, owner = np.repeat(np.cross(b - a, c - a), 3, axis=0), triangles.ravel()
-    n = np.stack([np.bincount(owner, x, minlength=len(points)) for x in cross.T], axis=1)
-    return n / np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-300)
