@@ -91,13 +91,18 @@ def entry_of(folder: Path, load: float, commit: str) -> Entry:
 
 
 def changes(scene: AnyScene) -> Iterator[str]:
-    """What a scene has other than the shipped scene of its name, as ``--set`` takes it."""
+    """What a scene has other than the shipped scene of its name, as ``--set`` takes it.
+
+    Keys of ``output`` but the seed change what is written, not the run.
+    """
     shipped = loader.read(scene.name)
     for section in field_names(type(scene)):
         part, usual = getattr(scene, section), getattr(shipped, section)
         if section in TOP or part is None or part == usual:
             continue
         for key in field_names(type(part)):
+            if section == "output" and key != "seed":
+                continue
             if (value := getattr(part, key)) != getattr(usual, key, None):
                 yield f"{section}.{key}={literal(value)}"
 

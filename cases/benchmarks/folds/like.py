@@ -28,7 +28,7 @@ FREE = ("fluid", "coupling", "time")  # sections in which a run and the one besi
 def named(scene: InflationScene) -> Row:
     """What tells the run of a scene from others."""
     model = "Stokes" if scene.fluid.model == "stokes" else "uniform pressure"
-    hidden = ("output.", "fluid.model", "structure.flexural_rigidity")
+    hidden = ("fluid.model", "structure.flexural_rigidity")
     changed = [c for c in _changes(scene) if not c.startswith(hidden)]
     rigidity = scene.structure.flexural_rigidity
     words = [scene.name, model, f"rigidity {rigidity:g}", *changed]
