@@ -17,6 +17,7 @@ from . import newton
 from .damped_tangent import DampedFactor
 from .supported_shell import SupportedShell
 
+FAR = 0.2  # of the length: the longest way that is tested for crossings
 REACH = 1e6  # lengths of the structure: the largest update of a tangent that is not singular
 
 
@@ -128,10 +129,17 @@ class Balance:
         return 0.0 if self.damping is None else self.damping(d)
 
     def free_step(self, q: np.ndarray, d: np.ndarray) -> float:
-        """Fraction of the way from q to q + d on which nothing crosses."""
+        """Fraction of the way from q to q + d on which nothing crosses.
+
+        With contact no way is longer than `FAR`: where a bag snaps directions are enormous, and
+        a test of what lies on them would take for ever.
+        """
         if self.contact is None:
             return 1.0
-        return self.contact.free_step(self.configuration(q), self.configuration(q + d))
+        longest = FAR * self.structure.length / max(float(np.abs(d).max()), 1e-300)
+        share = min(1.0, longest)
+        end = self.configuration(q + share * d)
+        return share * self.contact.free_step(self.configuration(q), end)
 
     def potential(self, q: np.ndarray) -> tuple[float, float]:
         """Energy that shell and contact store, and the defect of the volume."""

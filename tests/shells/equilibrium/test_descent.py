@@ -228,3 +228,22 @@ def test_failures_leave_the_state(monkeypatch):
         minimise(touching, c, 1e-3)
     with pytest.raises(ValueError, match="modes know no contact"):
         lowest_modes(touching, c)
+
+
+def test_enormous_ways_are_cut_before_they_are_tested():
+    """A contact is never asked about a way longer than a fifth of the structure."""
+    asked = []
+
+    class Far(Floor):
+        def free_step(self, start, end):
+            asked.append(np.abs(end - start).max())
+            return super().free_step(start, end)
+
+    structure, c = ball(Far(-50.0))
+    balance = Balance(structure, c, None, np.zeros(structure.E.shape[1]), contact=Far(-50.0))
+    q = np.zeros(structure.E.shape[1])
+    d = np.random.default_rng(0).standard_normal(q.size)
+    assert balance.free_step(q, 1e-3 * d) == 1.0
+    share = balance.free_step(q, 1e4 * d)
+    assert share == pytest.approx(0.2 * structure.length / (1e4 * np.abs(d).max()))
+    assert max(asked) < 0.5 * structure.length
