@@ -135,12 +135,12 @@ def double_folding(folds: int, folds_across: int, panel: float, gap: float) -> F
     """
     first = accordion_folding(folds, panel, gap)
     curve = zigzag(folds_across, 1.0 / (folds_across + 1), pack_radius(folds, panel, gap))
-    middle = folds * first.radius
+    middle, half = folds * first.radius, 0.5 / (folds_across + 1)
 
     def second(points: np.ndarray) -> np.ndarray:
         turned = np.column_stack([points[:, 1] + 0.5, points[:, 0], points[:, 2] - middle])
         x, y, z = curve.fold(turned).T
-        return np.column_stack([y, x, z])
+        return np.column_stack([y, x - half, z])  # the pack lies about y = 0, as flat bags do
 
     return Folding(
         (*first.maps, second),
