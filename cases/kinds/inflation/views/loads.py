@@ -170,7 +170,9 @@ def _curves(
         twin.set_ylabel("smallest distance", color="grey")
     if "contact_energy" in history:
         stored = history["membrane_energy"] + history["bending_energy"]
-        share = history["contact_energy"] / np.maximum(stored, 1e-300)
+        # of a bag at rest shares mean nothing
+        known = stored > 0.01 * stored.max()
+        share = np.where(known, history["contact_energy"] / np.where(known, stored, 1.0), np.nan)
         panels[1].plot(volume, 100.0 * share, color="tab:red")
         panels[1].set(ylabel="contact energy, % of the stored")
     at = np.interp([t for t, _ in frames], history["t"], volume)
