@@ -10,10 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from coupling.contact.barrier_contact import BarrierContact
-from coupling.contact.contact_numbers import REACH, SHORTEST
+from coupling.contact.contact_numbers import REACH, STIFFNESS, ContactNumbers, choose_contact
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import triangulated
@@ -22,7 +19,7 @@ from .config import InflationScene
 
 MARGIN = 1.5  # largest pressure over that of the folds' energy
 CLOTH = 4.0  # times that: panels of thin cloth press onto each other before their folds open
-LINES = 4.0  # pressure of a line of contact over the one inside
+LEAST = 2e-4  # of the stiffness: cloth without rigidity still pulls, and sheets still press
 FLAT = 0.02  # pressure of a bag without folds, times its extent: half full
 FLOOR = 0.4  # of the reach: nearest that sheets come where the stiffness is right
 
@@ -57,22 +54,19 @@ def carried(scene: InflationScene, body: Bag) -> Carried:
     forecast = opening_pressure(scene, body)
     if scene.structure.law == "tension-field":
         forecast *= CLOTH
-    reach = c.reach * body.gap or _free_reach(body)
-    return Carried(reach, c.stiffness or LINES * forecast, forecast)
+    forecast = max(forecast, LEAST * scene.structure.stiffness)
+    free = at_rest(body, forecast).reach if isinstance(body, FoldedBag) else REACH * body.gap
+    return Carried(c.reach * body.gap or free, c.stiffness or STIFFNESS * forecast, forecast)
 
 
-def _free_reach(body: Bag) -> float:
-    """Reach at which nothing acts at rest, unless sheets are too near for any."""
-    near = facing_distance(body) if isinstance(body, FoldedBag) else np.inf
-    return float(np.clip(near, SHORTEST * body.gap, REACH * body.gap))
+def at_rest(bag: FoldedBag, pressure: float, cells: int = 3) -> ContactNumbers:
+    """Reach at which nothing acts at rest, unless sheets are too near for any, and how near."""
+    return choose_contact(triangulated(bag, cells), bag.coefficients, bag.gap, pressure)
 
 
-def facing_distance(bag: FoldedBag, cells: int = 3) -> float:
+def facing_distance(bag: FoldedBag) -> float:
     """Smallest distance of sheets whose normals oppose each other, up to the gap."""
-    mesh = triangulated(bag, cells)
-    areas = np.ones(mesh.sample.shape[0])
-    distance = BarrierContact(mesh, areas, bag.gap, 1.0).distance(bag.coefficients)
-    return distance if np.isfinite(distance) else bag.gap
+    return min(at_rest(bag, 1.0).facing, bag.gap)
 
 
 def opening_pressure(scene: InflationScene, body: Bag) -> float:

@@ -72,3 +72,12 @@ def test_contact_is_told_with_the_nearest_sheets():
     assert "lower contact.reach to 0.24" in warnings[0]
     none = difficulty(found("accordion-2", "contact.force=none", "fluid.model=pressure")[1])[0]
     assert {item.name: item.value for item in none}["contact"] == "none"
+
+
+def test_contact_of_cloth_without_rigidity_carries():
+    """No bending energy says nothing of the pressure; a share of the stiffness stands in for it."""
+    scene = loader.read("accordion-2-thin", ["structure.flexural_rigidity=0"])
+    assert opening_pressure(scene, InflationPlan(scene).bag) == 0.0
+    assert InflationPlan(scene).carried.stiffness == pytest.approx(8e-4)
+    shipped = InflationPlan(loader.read("accordion-2-thin")).carried
+    assert shipped.stiffness == pytest.approx(3.44e-3, rel=1e-2)
