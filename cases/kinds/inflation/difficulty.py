@@ -53,7 +53,8 @@ def difficulty(plan: InflationPlan) -> tuple[list[Item], list[str]]:
     for more, cautions in (
         _touch(scene, bag, pressure, carries=plan.carried is not None),
         _snap(scene, bag),
-        _film(scene, bag, pressure) if plan.has_flow else ([], []),
+        # without rigidity any pressure opens folds, and a group over it says nothing
+        _film(scene, bag, pressure) if plan.has_flow and pressure > 0.0 else ([], []),
     ):
         items += more
         warnings += cautions
@@ -166,7 +167,7 @@ def _film(scene: InflationScene, bag: FoldedBag, pressure: float) -> tuple[list[
     rolled = scene.geometry.fold == "roll"  # type: ignore[union-attr]
     length = 1.0 - LEAD if rolled else fold.panel
     needed = 12.0 * scene.fluid.mass_ratio * influx * length / fold.gap**3
-    group = needed / max(pressure, 1e-300)
+    group = needed / pressure
     words = (
         "opens as under a uniform pressure" if group < WEAK
         else "panels open one after the other" if group < STRONG

@@ -79,5 +79,8 @@ def test_contact_of_cloth_without_rigidity_carries():
     scene = loader.read("accordion-2-thin", ["structure.flexural_rigidity=0"])
     assert opening_pressure(scene, InflationPlan(scene).bag) == 0.0
     assert InflationPlan(scene).carried.stiffness == pytest.approx(8e-4)
+    items, warnings = difficulty(InflationPlan(scene))
+    assert "film's group" not in {item.name for item in items}
+    assert not any("m Q length" in text for text in warnings)
     shipped = InflationPlan(loader.read("accordion-2-thin")).carried
     assert shipped.stiffness == pytest.approx(3.44e-3, rel=1e-2)
