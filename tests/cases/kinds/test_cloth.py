@@ -39,7 +39,7 @@ def test_strip():
     assert force == pytest.approx(exact, rel=1e-13)
 
 
-@pytest.mark.parametrize("seam", ["continuous", "hinged"])
+@pytest.mark.parametrize("seam", ["hinged", pytest.param("continuous", marks=pytest.mark.slow)])
 def test_a_pillow_of_rigidity_1e_7_completes(seam):
     found = simulation(loader.read("pillow", [*CLOTH, *COARSE, f"structure.seam={seam}"])).run()
     assert found.result is Result.COMPLETED
