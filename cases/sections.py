@@ -81,7 +81,7 @@ class Time:
 
     ``dt_floor = 0`` means ``dt / 2**20``. ``error`` is the tolerated local error of a step (root
     mean square of the displacement, units of L), ``closing`` the fraction of the smallest gap a
-    step may close; 0 switches either off.
+    step may close where no contact carries load; 0 switches either off.
     """
 
     dt: float = rule(16.0, least=1e-9, most=1e9)

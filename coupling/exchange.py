@@ -26,12 +26,13 @@ class Result(enum.Enum):
     KRYLOV = "the fluid solve missed its residual; raise fluid.krylov_iterations"
     GEOMETRY = "the configuration folded over itself or lost its orientation"
     SELF_INTERSECTION = (
-        "the membrane meets itself and no smaller step avoids it; model the exterior "
-        "(fluid.viscosity_ratio > 0) or refine the mesh there"
+        "the membrane meets itself and no smaller step avoids it; let contact carry load (bags in "
+        "space: contact.force = 'barrier'), model the exterior (fluid.viscosity_ratio > 0) or "
+        "refine the mesh there"
     )
     INLET_CONTACT = (
-        "the membrane reached the inlet, where no lubrication keeps it away; stop the "
-        "outflow earlier or clamp the rim"
+        "the membrane reached the inlet, where no lubrication keeps it away; let contact carry "
+        "load (contact.force = 'barrier') or stop the outflow earlier"
     )
     TIME_ERROR = "the local time error exceeds its tolerance; the step is repeated with a lower dt"
     STEP_FLOOR = "the time step fell below its floor; see iterations.log for the causes"
