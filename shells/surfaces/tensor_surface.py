@@ -6,17 +6,18 @@ everything that the boundary elements of `hbem` ask of a surface follows.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, identity, kron
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .splines import SplineSpace, bernstein
+from .splines import SplineSpace
+from .surface import Surface
 
 
-class TensorSurface(ABC):
+class TensorSurface(Surface):
     """A surface made of elements ``e_s * t.n_elements + e_t`` of a grid of two spline spaces.
 
     Attributes
@@ -34,11 +35,6 @@ class TensorSurface(ABC):
     @abstractmethod
     def _grid_dofs(self) -> np.ndarray:
         """Grid numbers of the functions of each element, ``(n_elements, (p + 1) ** 2)``."""
-
-    @property
-    @abstractmethod
-    def reduction(self) -> csr_matrix:
-        """Scalar extraction ``(n_coefficients, k)``: coefficients of a smooth field from dofs."""
 
     @cached_property
     def selected(self) -> np.ndarray:
@@ -175,9 +171,6 @@ class TensorSurface(ABC):
         """Polynomial degree p in each direction."""
         return self.s.degree
 
-    geometry_degree = degree
-    density_degree = degree
-
     @property
     def n_elements(self) -> int:
         """Number of elements."""
@@ -217,37 +210,3 @@ class TensorSurface(ABC):
         owner, dofs = np.divmod(keys, self.n_dofs)
         counts = np.bincount(owner, minlength=self.n_elements)
         return np.concatenate([[0], np.cumsum(counts)]), dofs, extraction
-
-    @property
-    def indptr(self) -> np.ndarray:
-        """Density functions of element e are rows ``indptr[e]`` to ``indptr[e + 1]`` of `dofs`."""
-        return self._density[0]
-
-    @property
-    def dofs(self) -> np.ndarray:
-        """Density dof of each row."""
-        return self._density[1]
-
-    @property
-    def extraction(self) -> np.ndarray:
-        """Bezier coefficients of each row, ``(n_rows, (p + 1) ** 2)``."""
-        return self._density[2]
-
-    def sample(self, xi: np.ndarray, eta: np.ndarray, along: int | None = None) -> csr_matrix:
-        """Coefficients to points at local ``xi``, ``eta`` of every element.
-
-        Parameters
-        ----------
-        xi, eta : (n,) array
-            Local coordinates in [0, 1].
-        along : {0, 1}, optional
-            Derivative along local s or t instead of the value.
-
-        Returns
-        -------
-        (n_elements * n, n_coefficients) sparse matrix
-        """
-        p = self.degree
-        values = bernstein(p, xi, int(along == 0))[:, None] * bernstein(p, eta, int(along == 1))
-        local = csr_matrix(values.reshape(-1, np.size(xi)).T)
-        return kron(identity(self.n_elements), local, format="csr") @ self.bezier

@@ -1,0 +1,1 @@
+"""Users' meshes: what a file holds, its repairs, and the way to a bag of Bezier triangles."""
