@@ -23,7 +23,7 @@ from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
-from ...geometry.folded import FoldedBag
+from ...geometry.panels import FoldPanels
 from ...geometry.wrinkles import ClothSampler
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
@@ -47,10 +47,12 @@ def simulated(scene: InflationScene) -> Simulated:
         start = relaxed(shell, start)
     initial, i = shell.volume(body.coefficients), scene.inflow
 
+    panels = FoldPanels.of(body)
+
     def diagnostics(state: State) -> Mapping[str, float]:
         found = {"min_gap": sampler.gap(state.coefficients)}
-        if isinstance(body, FoldedBag):
-            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
+        if panels is not None:
+            found["panel_angle"] = float(panels.angles(state.coefficients).max())
         return found
 
     return Simulated(
@@ -79,21 +81,19 @@ def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
 
 def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
     """Coefficients of the membrane whose metric is free of stress."""
-    if scene.structure.reference == "flat" and isinstance(body, FoldedBag):
-        return body.flat[: body.n_membrane]
-    return body.coefficients[: body.n_membrane]
+    whole = body.cut if scene.structure.reference == "flat" else body.coefficients
+    return whole[: body.n_membrane]
 
 
 def structure(scene: InflationScene, body: Bag, touching: Carrying | None = None) -> ShellStructure:
     """The membrane with its rim, poles and enclosed volume, and what it touches."""
     c = scene.structure
     surface = body.membrane
-    folded = body.coefficients[: body.n_membrane]
-    flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
     basis = SurfaceBasis(surface, _unstrained(scene, body), points=c.quadrature or None)
     # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
     # creases that have set do not
-    unfolds = flat is not folded and c.reference != "creased"
+    unfolds = body.flat is not None and c.reference != "creased"
+    flat = body.cut[: body.n_membrane]
     curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
     assert body.inlet is not None  # bags of this kind have one
     lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])

@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.layers.choice import STORED_LIMIT
+from shells.surfaces.local_elements import rule
 
 from ...geometry.bag import Bag
-from ...geometry.folded import FoldedBag
+from ...geometry.bag_sampler import tangents
 from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
@@ -44,7 +45,7 @@ def forecast(scene: InflationScene) -> Forecast:
     items = _sizes(plan)
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
-    if isinstance(plan.bag, FoldedBag):
+    if plan.bag.folding is not None:
         for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
             items += more
             warnings += cautions
@@ -61,27 +62,23 @@ def forecast(scene: InflationScene) -> Forecast:
 
 
 def _inlet_area(plan: InflationPlan) -> float:
-    """Area of the inlet, by three points an element and direction."""
-    x, w = np.polynomial.legendre.leggauss(3)
-    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    """Area of the inlet, by a rule of three points."""
+    xi, eta, weights = rule(plan.inlet.shape, 3)
     c = plan.bag.coefficients[plan.bag.n_membrane :]
-    s, t = (plan.inlet.sample(xi, eta, k) @ c for k in (0, 1))
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), plan.inlet.n_elements)
-    return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
+    size = np.linalg.norm(np.cross(*tangents(plan.inlet, c, (xi, eta))), axis=1)
+    return float(np.tile(weights, plan.inlet.n_elements) @ size)
 
 
 def volume(body: Bag) -> float:
     """Enclosed volume of the initial bag [T 2.27]."""
-    x, w = np.polynomial.legendre.leggauss(body.membrane.degree + 2)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
-    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    xi, eta, weights = rule(body.membrane.shape, body.membrane.degree + 2)
     total, start = 0.0, 0
     for part in body.parts:
         c = body.coefficients[start : start + part.n_coefficients]
         start += part.n_coefficients
-        point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
-        cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
-        total += float(cone @ np.tile(np.outer(w, w).ravel(), part.n_elements))
+        point = part.sample(xi, eta) @ c
+        cone = np.einsum("ij,ij->i", point, np.cross(*tangents(part, c, (xi, eta)))) / 3.0
+        total += float(cone @ np.tile(weights, part.n_elements))
     return total
 
 
@@ -129,9 +126,9 @@ def _sizes(plan: InflationPlan) -> list[Item]:
     ]
 
 
-def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
     """How a bag is folded, measured on its fit, against the rules of folding."""
-    found, fold = inspect(body), body.folding
+    found, fold = inspect(body), body.folds
     low, p1, p99, high = found.stretches
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [

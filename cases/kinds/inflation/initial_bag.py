@@ -68,8 +68,8 @@ def _folding(g: PillowGeometry) -> Folding:
 def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
     from shells.surfaces.pillow import Pillow
 
-    from ...geometry.crumple import CrumpleError
-    from ...geometry.folded import folded_bag
+    from ...geometry.pillows.crumple import CrumpleError
+    from ...geometry.pillows.folded import folded_bag
 
     try:
         return folded_bag(

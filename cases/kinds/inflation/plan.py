@@ -18,9 +18,10 @@ from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget, larger_unknowns
 from hbem.layers.choice import STORED_LIMIT, Compression, bytes_of, choose
 from hbem.surfaces.quadrature import QuadratureOrders
-from shells.surfaces.tensor_surface import TensorSurface
+from shells.surfaces.surface import Surface
 
 from ...geometry.bag import Bag
+from ...geometry.bag_sampler import element_areas
 from ...machine import memory_bytes
 from ..sizes import NEAR_BYTES, SHARE, Sizes, dense_bytes, response_bytes, shell_bytes
 from .carried import FLOOR, Carried, carried
@@ -42,7 +43,7 @@ class InflationPlan:
         return initial_bag(self.scene)
 
     @property
-    def inlet(self) -> TensorSurface:
+    def inlet(self) -> Surface:
         """The inlet of the bag."""
         inlet = self.bag.inlet
         assert inlet is not None  # only closed bodies of other kinds have none
@@ -216,8 +217,4 @@ class InflationPlan:
 
 def _element_size(body: Bag) -> float:
     """Square root of the smallest membrane element's area, poles left out."""
-    middle = np.array([0.5])
-    s, t = (body.membrane.sample(middle, middle, k) for k in (0, 1))
-    c = body.coefficients[: body.n_membrane]
-    area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
-    return float(np.sqrt(area.min()))
+    return float(np.sqrt(element_areas(body.membrane, body.coefficients[: body.n_membrane]).min()))
