@@ -29,6 +29,7 @@ from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
 from .config import InflationScene
+from .initial_bag import nature
 from .plan import InflationPlan
 from .touching import accuracy, contact, fields, test
 
@@ -43,7 +44,7 @@ def simulated(scene: InflationScene) -> Simulated:
     touching = contact(plan, sampler)
     shell = structure(scene, plan.bag, touching)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
-    if scene.structure.reference == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
+    if nature(scene, body) == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
         start = relaxed(shell, start)
     initial, i = shell.volume(body.coefficients), scene.inflow
 
@@ -81,7 +82,7 @@ def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
 
 def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
     """Coefficients of the membrane whose metric is free of stress."""
-    whole = body.cut if scene.structure.reference == "flat" else body.coefficients
+    whole = body.cut if nature(scene, body) == "flat" else body.coefficients
     return whole[: body.n_membrane]
 
 
@@ -92,7 +93,7 @@ def structure(scene: InflationScene, body: Bag, touching: Carrying | None = None
     basis = SurfaceBasis(surface, _unstrained(scene, body), points=c.quadrature or None)
     # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
     # creases that have set do not
-    unfolds = body.flat is not None and c.reference != "creased"
+    unfolds = body.flat is not None and nature(scene, body) != "creased"
     flat = body.cut[: body.n_membrane]
     curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
     assert body.inlet is not None  # bags of this kind have one
