@@ -1,4 +1,4 @@
-"""Keys of a bag from a user's mesh file: `[geometry]` and `[mesh]` of ``geometry.kind = "mesh"``."""
+"""Keys of a bag from a user's mesh file: [geometry] and [mesh] of ``geometry.kind = "mesh"``."""
 
 from __future__ import annotations
 
