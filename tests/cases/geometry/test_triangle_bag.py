@@ -7,7 +7,7 @@ from cases.geometry.bag_sampler import BagSampler, element_areas, triangulated
 from cases.geometry.inspection import faced
 from cases.geometry.wrinkles import ClothSampler
 from cases.kinds.inflation.forecast import volume
-from cases.kinds.inflation.views.mesh_check import Mark, mesh_picture
+from cases.kinds.inflation.views.mesh_check import Spot, mesh_picture
 from cases.kinds.inflation.views.picture import enclosed_volume
 from cases.output.vtk import flat_cells_of, read_grid, write_grid
 
@@ -36,9 +36,10 @@ def test_areas_and_volume(bag):
     errors = [abs(volume(b) / b.exact_volume - 1.0) for b in (bag, spheroid(480))]
     assert errors[0] < 2e-4
     assert errors[1] < errors[0] / 10.0  # fourth order and more in the size
+    fine = spheroid(480)
     area = sum(
         element_areas(part, c).sum()
-        for part, c in zip(bag.parts, BagSampler(bag).split(bag.coefficients), strict=True)
+        for part, c in zip(fine.parts, BagSampler(fine).split(fine.coefficients), strict=True)
     )
     eccentricity = np.sqrt(0.75)
     exact = 2.0 * np.pi * (1.0 + 0.25 / eccentricity * np.arctanh(eccentricity))
@@ -75,5 +76,5 @@ def test_wrinkles_by_triangle(bag):
 
 
 def test_picture_of_a_check(bag, tmp_path):
-    marks = [Mark("here", bag.coefficients[3])]
+    marks = [Spot("here", bag.coefficients[3])]
     assert mesh_picture(bag, tmp_path / "check.png", marks).stat().st_size > 20_000

@@ -27,21 +27,21 @@ MOST = 20_000  # triangles that are drawn
 
 
 @dataclass(frozen=True)
-class Mark:
+class Spot:
     """Something to look at, and where ``(3,)`` it is."""
 
     what: str
     where: np.ndarray
 
 
-def mesh_picture(bag: Bag, path: Path, marks: Sequence[Mark] = ()) -> Path:
+def mesh_picture(bag: Bag, path: Path, marks: Sequence[Spot] = ()) -> Path:
     """Draw a bag of triangles from both sides and cut: inlet orange, problems as red dots.
 
     Parameters
     ----------
     bag : Bag
     path : Path
-    marks : sequence of Mark
+    marks : sequence of Spot
     """
     outlines = [_outlines(bag, k) for k in range(len(bag.parts))]
     polygons = np.concatenate(outlines)
@@ -72,7 +72,7 @@ def _draw(
     polygons: np.ndarray,
     colours: list[str],
     elevation: float,
-    marks: Sequence[Mark],
+    marks: Sequence[Spot],
 ) -> None:
     from matplotlib.colors import to_rgba
     from matplotlib.ticker import MaxNLocator
@@ -105,7 +105,7 @@ def _draw(
     axes.set_proj_type("ortho")
 
 
-def _draw_cut(figure: Any, bag: Bag, marks: Sequence[Mark]) -> None:
+def _draw_cut(figure: Any, bag: Bag, marks: Sequence[Spot]) -> None:
     """The cut through the middle of the inlet, or of the bag, along its longer side."""
     from matplotlib.collections import LineCollection
 
@@ -127,7 +127,7 @@ def _draw_cut(figure: Any, bag: Bag, marks: Sequence[Mark]) -> None:
     axes.grid(alpha=0.3)
 
 
-def _legend(figure: Any, bag: Bag, marks: Sequence[Mark]) -> None:
+def _legend(figure: Any, bag: Bag, marks: Sequence[Spot]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
