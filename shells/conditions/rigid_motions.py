@@ -44,6 +44,21 @@ class Mechanism:
     modes: np.ndarray
     elements: tuple[np.ndarray, ...] = ()
 
+    def under(self, grounding: csr_matrix | None) -> Mechanism:
+        """The motions that a stiffness leaves free besides.
+
+        Parameters
+        ----------
+        grounding : (n, n) sparse matrix or None
+            Positive on the rigid motions that it holds; of the first n dofs.
+        """
+        if grounding is None or not self.motions.size:
+            return self
+        modes = self.modes[: grounding.shape[0]] @ self.motions.T
+        values, vectors = np.linalg.eigh(modes.T @ (grounding @ modes))
+        free = values < 1e-9 * abs(grounding).max() * np.square(modes).sum(axis=0).max()
+        return Mechanism(_simplest(vectors[:, free].T @ self.motions), self.modes, self.elements)
+
     def refuse(self, dead: bool = True) -> None:
         """Raise if any motion is free.
 

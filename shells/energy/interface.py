@@ -60,6 +60,11 @@ class ShellEnergy(ABC):
         (N,) array and (N, N) sparse matrix
         """
 
+    @property
+    def grounding(self) -> csr_matrix | None:
+        """W'' at the reference of what holds the shell in space, None if nothing does."""
+        return None
+
 
 class Enclosure(ABC):
     """A volume Q (in the plane an area) on one basis, with its first and second variation."""

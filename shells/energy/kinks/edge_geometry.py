@@ -13,10 +13,9 @@ import numpy as np
 
 from ...surfaces.local_elements import functions, triangle_exponents
 from ...surfaces.splines import unit_gauss
-from ...surfaces.triangles.edge_graph import SIDES
+from ...surfaces.triangles.edge_graph import CORNERS, SIDES
 from ...surfaces.triangles.triangle_surface import TriangleSurface
 
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # xi, eta of the vertices
 SECOND = ((2, 0), (0, 2), (1, 1))
 
 
@@ -167,7 +166,7 @@ def kink_angles(surface: TriangleSurface, coefficients: np.ndarray) -> np.ndarra
     Returns
     -------
     (n_edges, degree + 1) array
-        Angles in radians at the Gauss points of each edge; negative where the normals of the
+        Angles in radians at the Gauss points of each edge; positive where the normals of the
         triangles spread, as they do on a convex body.
     """
     c = np.asarray(coefficients, dtype=float).reshape(-1, 3)

@@ -65,6 +65,11 @@ class EdgeTables:
     halves: np.ndarray
     stiffness: np.ndarray
 
+    @property
+    def one_sided(self) -> bool:
+        """Whether a fixed conormal stands for the second triangle."""
+        return self.beside.shape[2] == 1
+
 
 @dataclass(frozen=True)
 class Rest:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,43 +18,27 @@ from .edge_tables import EdgeTables, HeldSlopes, Rest, edge_tables
 BLOCK = 256  # edges at a time: their matrices stay in the cache
 
 
+@dataclass(frozen=True)
 class KinkEnergy:
     """``sum over edges of int (-M theta + eta D theta^2 / (2 h)) ds``; see `TriangleShell`.
 
     Attributes
     ----------
-    batches : list of EdgeTables
+    batches : sequence of EdgeTables
         Edges of two triangles, then those that are held; empty without flexural rigidity.
-    edges : (n,) int array
-        Numbers of their edges.
     """
 
-    def __init__(
-        self,
-        basis: TriangleBasis,
-        material: Material,
-        rest: Rest,
-        eta: float,
-        soft: np.ndarray | None,
-        held: Sequence[HeldSlopes],
-    ):
-        self.batches: list[EdgeTables] = []
-        surface = basis.surface
-        pairs = surface.graph.triangles
-        share = _shares(soft, len(pairs))
-        if material.flexural_rigidity > 0.0:
-            inner = np.flatnonzero((pairs[:, 1] >= 0) & (share > 0.0))
-            if inner.size:
-                self.batches.append(edge_tables(surface, inner, rest, material, eta, share[inner]))
-            for slopes in held:
-                edges = np.asarray(slopes.edges, dtype=int)
-                _check_rim(basis, edges)
-                if edges.size:
-                    beyond = _beyond(basis, slopes, edges, rest)
-                    self.batches.append(
-                        edge_tables(surface, edges, rest, material, eta, share[edges], beyond)
-                    )
-        self.edges = np.concatenate([np.empty(0, dtype=int), *(b.edges for b in self.batches)])
+    batches: Sequence[EdgeTables]
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Numbers of the edges, ``(n,)``."""
+        return np.concatenate([np.empty(0, dtype=int), *(b.edges for b in self.batches)])
+
+    @property
+    def held(self) -> KinkEnergy:
+        """The part that is held in space."""
+        return KinkEnergy([b for b in self.batches if b.one_sided])
 
     @property
     def groups(self) -> list[np.ndarray]:
@@ -101,6 +86,31 @@ class KinkEnergy:
             found.append(np.empty(b.weights.shape))
             kernels.kinks(*_arguments(b, x, found[-1]))
         return found
+
+
+def kink_energy(
+    basis: TriangleBasis,
+    material: Material,
+    rest: Rest,
+    eta: float,
+    soft: np.ndarray | None,
+    held: Sequence[HeldSlopes],
+) -> KinkEnergy:
+    """The energy of all edges with a share of the stiffness, and of those whose slope is held."""
+    surface, batches = basis.surface, []
+    pairs = surface.graph.triangles
+    share = _shares(soft, len(pairs))
+    inner = np.flatnonzero((pairs[:, 1] >= 0) & (share > 0.0))
+    if inner.size:
+        batches.append(edge_tables(surface, inner, rest, material, eta, share[inner]))
+    for slopes in held:
+        edges = np.asarray(slopes.edges, dtype=int)
+        _check_rim(basis, edges)
+        if edges.size:
+            beyond = _beyond(basis, slopes, edges, rest)
+            own = share[edges]
+            batches.append(edge_tables(surface, edges, rest, material, eta, own, beyond))
+    return KinkEnergy(batches)
 
 
 def _arguments(

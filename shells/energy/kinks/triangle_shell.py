@@ -9,6 +9,7 @@ triangulations, where smooth bases with irregular vertices do not.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -19,9 +20,9 @@ from ..kirchhoff_love import KirchhoffLove
 from ..material import Material
 from .block_scatter import BlockScatter
 from .edge_tables import HeldSlopes, Rest
-from .kink_energy import KinkEnergy
+from .kink_energy import KinkEnergy, kink_energy
 
-STABILISATION = {1: 0.0, 2: 8.0, 3: 20.0}  # eta by degree; modes of negative energy come below half
+STABILISATION = {2: 8.0, 3: 20.0}  # eta by degree; modes of negative energy come below half
 
 
 class TriangleShell(KirchhoffLove):
@@ -86,9 +87,11 @@ class TriangleShell(KirchhoffLove):
             curvature=None if shape is None else curvature_in_frame(basis.reference, shape),
             compression_share=compression_share,
         )
-        eta = STABILISATION[basis.surface.degree] if stabilisation is None else stabilisation
-        rest = _rest(basis, curvature, kinks, material.flexural_rigidity > 0.0)
-        self.kinks = KinkEnergy(basis, material, rest, eta, soft, _held(clamp))
+        self.kinks = KinkEnergy([])
+        if material.flexural_rigidity > 0.0:
+            eta = STABILISATION[basis.surface.degree] if stabilisation is None else stabilisation
+            rest = _rest(basis, curvature, kinks)
+            self.kinks = kink_energy(basis, material, rest, eta, soft, _held(clamp))
         self.edges = self.kinks.edges
         groups = [basis.surface.element_dofs, *self.kinks.groups]
         self._blocks = BlockScatter(groups, basis.surface.n_coefficients)
@@ -107,6 +110,16 @@ class TriangleShell(KirchhoffLove):
         self._blocks.add(data, 0, K)
         forces = self.kinks.tangents(x, self._blocks, data, first=1)
         return self._sum([R, *forces]), self._blocks.matrix(data)
+
+    @cached_property
+    def grounding(self) -> csr_matrix | None:
+        held = self.kinks.held
+        if not held.batches:
+            return None
+        blocks = BlockScatter(held.groups, self.basis.surface.n_coefficients)
+        data = blocks.zeros()
+        held.tangents(np.asarray(self.basis.source), blocks, data, first=0)
+        return blocks.matrix(data)
 
     def _sum(self, forces: list[np.ndarray]) -> np.ndarray:
         total = np.zeros(self.basis.N)
@@ -134,12 +147,11 @@ def _rest(
     basis: TriangleBasis,
     curvature: np.ndarray | None,
     kinks: np.ndarray | float | None,
-    bends: bool,
 ) -> Rest:
     """The stress-free shell of the options."""
-    if bends and not isinstance(basis.source, np.ndarray):
+    if not isinstance(basis.source, np.ndarray):
         raise ValueError("triangles that bend need a reference of coefficients, not of jets alone")
-    reference = np.asarray(basis.source, dtype=float) if bends else np.empty((0, 3))
+    reference = np.asarray(basis.source, dtype=float)
     curved = reference if curvature is None else np.asarray(curvature, dtype=float)
     if kinks is not None:
         shape = (len(basis.surface.graph.triangles), basis.surface.degree + 1)
