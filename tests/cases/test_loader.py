@@ -263,6 +263,7 @@ def test_files_count_from_the_scene_and_read_back(tmp_path, monkeypatch):
         ("file = 3", "geometry.file: must be the name of a file, not 3"),
         ("inlet = 3", "geometry.inlet: must be a string, not 3"),
         ("inlet = { sphere = [1.0] }", "geometry.inlet.sphere: needs 4 numbers, not 1"),
+        ("inlet = { box = [[1.0, 2.0, 3.0]] }", "geometry.inlet.box: needs 2 corners, not 1"),
         ("inlet = { ball = [1.0] }", "geometry.inlet.ball: unknown key"),
         ("inlet = {}", "geometry.inlet: a region is one of sphere, box, plane, hole, not none"),
         ("folds = [{ at = -1.0 }]", "geometry.folds[0].at: -1.0 must be above 0"),

@@ -72,8 +72,7 @@ def shear(degree: int, cells: int = 9, seed: int = 0) -> tuple[np.ndarray, int]:
     flat = np.column_stack([points, np.zeros(len(points))])
     surface, c = interpolated(flat, triangles, degree, lambda x: x)
     root, tip = (
-        rim_edges(surface, c, lambda x, at=at: np.abs(x[..., 0] - at) < 1e-9)
-        for at in (0.0, 10.0)
+        rim_edges(surface, c, lambda x, at=at: np.abs(x[..., 0] - at) < 1e-9) for at in (0.0, 10.0)
     )
     basis = TriangleBasis(surface, c)
     shell = TriangleShell(basis, Material(0.1**2 / 12.0), clamp=HeldSlopes(root))

@@ -140,7 +140,7 @@ def _impossible_file(g: MeshGeometry, scene: InflationScene) -> list[tuple[bool,
     kinds = [f.name for f in fields(Region)]
     region = g.inlet if isinstance(g.inlet, Region) else Region(hole=(0.0, 0.0, 0.0))
     said = [name for name in kinds if getattr(region, name)]
-    counts = {"sphere": 4, "box": 6, "plane": 6, "hole": 3}
+    counts = {"sphere": 4, "box": 2, "plane": 4, "hole": 3}
     return [
         (not g.file, "geometry.file: is needed, the mesh of the bag"),
         (
@@ -156,8 +156,8 @@ def _impossible_file(g: MeshGeometry, scene: InflationScene) -> list[tuple[bool,
         *(
             (
                 len(getattr(region, name)) != counts[name],
-                f"geometry.inlet.{name}: needs {counts[name]} numbers, not "
-                f"{len(getattr(region, name))}",
+                f"geometry.inlet.{name}: needs {counts[name]} "
+                f"{'corners' if name == 'box' else 'numbers'}, not {len(getattr(region, name))}",
             )
             for name in said[:1]
         ),

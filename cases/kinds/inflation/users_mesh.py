@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...geometry.bag import Bag
+from ...geometry.folding import Map
 from ...geometry.meshes.facet_mesh import FacetMesh, MeshError
 from ...sections import Physical, SceneError
 from .mesh_config import UNITS, MeshGeometry, Region, TriangleMesh
@@ -83,7 +84,14 @@ def _bag(g: MeshGeometry, m: TriangleMesh, length: float) -> Bag:
             f"mesh.most: {count} triangles are more than {m.most}; decimate the file in a mesh "
             "tool, lower mesh.split, or raise mesh.most"
         )
-    return mesh_bag(
+    folding = fold = None
+    if g.folds:
+        from ...geometry.meshes.pattern import pattern_folding
+
+        folding = pattern_folding(g.folds, g.along, facets.points)
+        placed, fold = folding.maps
+        facets = moved(facets, placed)
+    bag = mesh_bag(
         facets,
         inlet=_place(g.inlet),
         degree=m.degree,
@@ -91,8 +99,19 @@ def _bag(g: MeshGeometry, m: TriangleMesh, length: float) -> Bag:
         smooth=g.smooth,
         crease=g.crease,
         split=m.split,
-        rest=g.rest,
+        rest=g.rest or None,
+        fold=fold,
     )
+    return replace(bag, folding=folding)
+
+
+def moved(facets: FacetMesh, rigidly: Map) -> FacetMesh:
+    """Facets in another place."""
+
+    def at(points: np.ndarray | None) -> np.ndarray | None:
+        return None if points is None else rigidly(points.reshape(-1, 3)).reshape(points.shape)
+
+    return replace(facets, points=rigidly(facets.points), middles=at(facets.middles))
 
 
 def _place(inlet: str | Region) -> object:
