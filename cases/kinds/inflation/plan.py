@@ -174,9 +174,9 @@ class InflationPlan:
     def larger_unknowns(self) -> int:
         """Unknowns of the larger density space that measures the mesh's share."""
         m = self.scene.mesh
-        return larger_unknowns(
-            self.elements, m.density if isinstance(m, TriangleMesh) else m.degree
-        )
+        if isinstance(m, TriangleMesh):
+            return larger_unknowns(self.elements, m.density, "triangle")
+        return larger_unknowns(self.elements, m.degree)
 
     @property
     def measures_mesh(self) -> bool:
