@@ -15,6 +15,7 @@ from ...output.forecast import Item
 from ..inflow import ramp_integral
 from .carried import facing_distance, opening_pressure, width_of
 from .config import InflationScene
+from .initial_bag import nature
 from .plan import InflationPlan
 
 # Mean over largest bulge of a panel: first contacts of accordions of two folds came at V/V0 = 2.15
@@ -138,7 +139,7 @@ def _touch(
 
 def _snap(scene: InflationScene, bag: Bag) -> tuple[list[Item], list[str]]:
     """Bending energy that folds which have not set bring along."""
-    if scene.structure.reference == "creased":
+    if nature(scene, bag) == "creased":
         return [], []
     rigidity = scene.structure.flexural_rigidity
     energy = rigidity * bag.folds.squared_curvature * width_of(scene)
@@ -154,7 +155,7 @@ def _snap(scene: InflationScene, bag: Bag) -> tuple[list[Item], list[str]]:
     if grown > 1.0 + BULGE * bag.folds.between / bag.folds.gap:
         return items, []
     return items, [
-        f"structure.reference = {scene.structure.reference!r}: folds spring open within t = "
+        f"structure.reference = {nature(scene, bag)!r}: folds spring open within t = "
         f"{time:.2g}, when V/V0 is {grown:.2f}: panels' own sheets are sucked onto each other; "
         "'creased' folds wait for the pressure"
     ]

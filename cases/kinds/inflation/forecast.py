@@ -21,6 +21,7 @@ from ..sizes import MEASURED, Sizes
 from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
+from .initial_bag import nature
 from .plan import InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -85,8 +86,8 @@ def volume(body: Bag) -> float:
 def _locked(scene: InflationScene, body: Bag) -> str | None:
     """The loss and its remedy, if a scene sits in the locked regime."""
     c, degree = scene.structure, scene.mesh.degree
-    if c.flexural_rigidity == 0.0:
-        return None  # no bending response to lose
+    if c.flexural_rigidity == 0.0 or body.membrane.shape == "triangle":
+        return None  # no bending response to lose, or none measured
     x, size = locking.locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
     lost = locking.loss(x, degree, c.membrane)
     if lost < locking.LIMIT:
@@ -142,16 +143,16 @@ def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()
-    nature = scene.structure.reference
+    rest = nature(scene, body)
     items += [
         Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
         Item("elements per fold radius", found.per_radius, "", "1 at least, 2 for strains to 3%"),
         Item("gap over twice the radius", found.curvature, "", "below 1 or sheets turn inside out"),
         Item("between panels", fold.between, "", f"panels {fold.panel:.3g} long"),
         Item("stretch of folding", high, "", f"down to {low:.3g}; 98% in {p1:.3g} .. {p99:.3g}"),
-        Item("reference", nature, "", REFERENCES[nature]),
+        Item("reference", rest, "", REFERENCES[rest]),
     ]
-    if nature == "flat":
+    if rest == "flat":
         c, strain = scene.structure, max(high - 1.0, 1.0 - low)
         energy, note = strain_energy(body, c.poisson_ratio), f"largest strain {strain:.2g}"
         if c.law == "tension-field":
