@@ -14,7 +14,6 @@ from coupling.contact.contact_numbers import REACH, STIFFNESS, ContactNumbers, c
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import triangulated
-from ...geometry.folded import FoldedBag
 from .config import InflationScene
 
 MARGIN = 1.5  # largest pressure over that of the folds' energy
@@ -55,23 +54,23 @@ def carried(scene: InflationScene, body: Bag) -> Carried:
     if scene.structure.law == "tension-field":
         forecast *= CLOTH
     forecast = max(forecast, LEAST * scene.structure.stiffness)
-    free = at_rest(body, forecast).reach if isinstance(body, FoldedBag) else REACH * body.gap
+    free = at_rest(body, forecast).reach if body.folding is not None else REACH * body.gap
     return Carried(c.reach * body.gap or free, c.stiffness or STIFFNESS * forecast, forecast)
 
 
-def at_rest(bag: FoldedBag, pressure: float, cells: int = 3) -> ContactNumbers:
+def at_rest(bag: Bag, pressure: float, cells: int = 3) -> ContactNumbers:
     """Reach at which nothing acts at rest, unless sheets are too near for any, and how near."""
     return choose_contact(triangulated(bag, cells), bag.coefficients, bag.gap, pressure)
 
 
-def facing_distance(bag: FoldedBag) -> float:
+def facing_distance(bag: Bag) -> float:
     """Smallest distance of sheets whose normals oppose each other, up to the gap."""
     return min(at_rest(bag, 1.0).facing, bag.gap)
 
 
 def opening_pressure(scene: InflationScene, body: Bag) -> float:
     """Largest excess pressure expected while the folds of a bag open."""
-    turned = body.folding.squared_curvature if isinstance(body, FoldedBag) else 0.0
+    turned = 0.0 if body.folding is None else body.folding.squared_curvature
     # bags without folds: sheets as wide as the bag bulge
     if not turned:
         return FLAT * scene.structure.stiffness / body.extent

@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.layers.choice import STORED_LIMIT
+from shells.surfaces.local_elements import rule
 
 from ...geometry.bag import Bag
-from ...geometry.folded import FoldedBag
+from ...geometry.bag_sampler import tangents
 from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
@@ -20,6 +21,7 @@ from ..sizes import MEASURED, Sizes
 from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
+from .initial_bag import nature
 from .plan import InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -44,7 +46,7 @@ def forecast(scene: InflationScene) -> Forecast:
     items = _sizes(plan)
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
-    if isinstance(plan.bag, FoldedBag):
+    if plan.bag.folding is not None:
         for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
             items += more
             warnings += cautions
@@ -61,35 +63,31 @@ def forecast(scene: InflationScene) -> Forecast:
 
 
 def _inlet_area(plan: InflationPlan) -> float:
-    """Area of the inlet, by three points an element and direction."""
-    x, w = np.polynomial.legendre.leggauss(3)
-    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    """Area of the inlet, by a rule of three points."""
+    xi, eta, weights = rule(plan.inlet.shape, 3)
     c = plan.bag.coefficients[plan.bag.n_membrane :]
-    s, t = (plan.inlet.sample(xi, eta, k) @ c for k in (0, 1))
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), plan.inlet.n_elements)
-    return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
+    size = np.linalg.norm(np.cross(*tangents(plan.inlet, c, (xi, eta))), axis=1)
+    return float(np.tile(weights, plan.inlet.n_elements) @ size)
 
 
 def volume(body: Bag) -> float:
     """Enclosed volume of the initial bag [T 2.27]."""
-    x, w = np.polynomial.legendre.leggauss(body.membrane.degree + 2)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
-    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    xi, eta, weights = rule(body.membrane.shape, body.membrane.degree + 2)
     total, start = 0.0, 0
     for part in body.parts:
         c = body.coefficients[start : start + part.n_coefficients]
         start += part.n_coefficients
-        point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
-        cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
-        total += float(cone @ np.tile(np.outer(w, w).ravel(), part.n_elements))
+        point = part.sample(xi, eta) @ c
+        cone = np.einsum("ij,ij->i", point, np.cross(*tangents(part, c, (xi, eta)))) / 3.0
+        total += float(cone @ np.tile(weights, part.n_elements))
     return total
 
 
 def _locked(scene: InflationScene, body: Bag) -> str | None:
     """The loss and its remedy, if a scene sits in the locked regime."""
     c, degree = scene.structure, scene.mesh.degree
-    if c.flexural_rigidity == 0.0:
-        return None  # no bending response to lose
+    if c.flexural_rigidity == 0.0 or body.membrane.shape == "triangle":
+        return None  # no bending response to lose, or none measured
     x, size = locking.locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
     lost = locking.loss(x, degree, c.membrane)
     if lost < locking.LIMIT:
@@ -129,9 +127,9 @@ def _sizes(plan: InflationPlan) -> list[Item]:
     ]
 
 
-def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
     """How a bag is folded, measured on its fit, against the rules of folding."""
-    found, fold = inspect(body), body.folding
+    found, fold = inspect(body), body.folds
     low, p1, p99, high = found.stretches
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
@@ -145,16 +143,16 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
     ]
     if np.isinf(fold.radius):
         return items, found.warnings()
-    nature = scene.structure.reference
+    rest = nature(scene, body)
     items += [
         Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
         Item("elements per fold radius", found.per_radius, "", "1 at least, 2 for strains to 3%"),
         Item("gap over twice the radius", found.curvature, "", "below 1 or sheets turn inside out"),
         Item("between panels", fold.between, "", f"panels {fold.panel:.3g} long"),
         Item("stretch of folding", high, "", f"down to {low:.3g}; 98% in {p1:.3g} .. {p99:.3g}"),
-        Item("reference", nature, "", REFERENCES[nature]),
+        Item("reference", rest, "", REFERENCES[rest]),
     ]
-    if nature == "flat":
+    if rest == "flat":
         c, strain = scene.structure, max(high - 1.0, 1.0 - low)
         energy, note = strain_energy(body, c.poisson_ratio), f"largest strain {strain:.2g}"
         if c.law == "tension-field":

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.geometry.folded import exact_volume, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
+from cases.geometry.panels import FoldPanels
+from cases.geometry.pillows.folded import exact_volume, folded_bag
 from cases.geometry.wrinkles import ClothSampler
 from cases.kinds import simulation
 from cases.kinds.collision import collision
@@ -129,14 +130,15 @@ def test_creased_reference_is_at_rest_when_folded(bag):
 
 def test_panel_angles():
     bag = folded_bag(Pillow(44, 22), accordion_folding(2, 6.0, 0.4))
-    np.testing.assert_allclose(bag.panel_angles(bag.flat), 0.0, atol=0.1)
-    folded = bag.panel_angles(bag.coefficients, aligned=False)
+    panels = FoldPanels.of(bag)
+    np.testing.assert_allclose(panels.angles(bag.flat), 0.0, atol=0.1)
+    folded = panels.angles(bag.coefficients, aligned=False)
     np.testing.assert_allclose(folded, [0.0, 180.0, 0.0], atol=2.0)
     turn, angle = np.eye(3), 0.7
     turn[::2, ::2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     turned = bag.flat @ turn.T
-    np.testing.assert_allclose(bag.panel_angles(turned), bag.panel_angles(bag.flat), atol=1e-5)
-    tilted = bag.panel_angles(turned, aligned=False)
+    np.testing.assert_allclose(panels.angles(turned), panels.angles(bag.flat), atol=1e-5)
+    tilted = panels.angles(turned, aligned=False)
     np.testing.assert_allclose(tilted, np.degrees(angle), atol=0.1)
 
 
@@ -181,7 +183,7 @@ def test_coarse_folds_are_explained():
 def test_foldings_keep_volume_and_do_not_cross(folding, panels):
     bag = folded_bag(Pillow(44, 22), folding)
     unfolded = folded_bag(Pillow(44, 22), flat(folding.gap))
-    assert len(bag.panel_cells) == panels
+    assert len(FoldPanels.of(bag).cells) == panels
     assert abs(bag.exact_volume / unfolded.exact_volume - 1.0) < 0.1
     assert inspect(bag).crosses is False
 
@@ -264,7 +266,7 @@ def test_an_accordion_opens_under_uniform_pressure():
 
     outcome = replace(simulation(scene), recorders=[States()]).run()
     assert outcome.result is Result.COMPLETED
-    angles = initial_bag(scene).panel_angles(states[-1].coefficients)
+    angles = FoldPanels.of(initial_bag(scene)).angles(states[-1].coefficients)
     assert angles.max() < 30.0
 
 

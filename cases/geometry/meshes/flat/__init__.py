@@ -1,0 +1,1 @@
+"""Flat bags: the plane of a pattern, and two sheets that lie on each other told apart."""
