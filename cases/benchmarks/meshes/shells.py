@@ -71,9 +71,8 @@ def shear(degree: int, cells: int = 9, seed: int = 0) -> tuple[np.ndarray, int]:
     points, triangles = strip(cells, seed)
     flat = np.column_stack([points, np.zeros(len(points))])
     surface, c = interpolated(flat, triangles, degree, lambda x: x)
-    root, tip = (
-        rim_edges(surface, c, lambda x, at=at: np.abs(x[..., 0] - at) < 1e-9) for at in (0.0, 10.0)
-    )
+    root = rim_edges(surface, c, lambda x: x[..., 0] < 1e-9)
+    tip = rim_edges(surface, c, lambda x: x[..., 0] > 10.0 - 1e-9)
     basis = TriangleBasis(surface, c)
     shell = TriangleShell(basis, Material(0.1**2 / 12.0), clamp=HeldSlopes(root))
     force = edge_load(surface, tip, [0.0, 0.0, 4.0 / 1.2e5], c)
