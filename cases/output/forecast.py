@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..sections import AnyScene
 
@@ -25,6 +27,7 @@ class Forecast:
 
     items: tuple[Item, ...]
     warnings: tuple[str, ...]
+    picture: Callable[[Path], Path] | None = None  # draws what was found into a file
 
 
 def show(scene: AnyScene, forecast: Forecast) -> None:

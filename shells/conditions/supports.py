@@ -14,6 +14,7 @@ from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
 from scipy.sparse.csgraph import connected_components
 
 from ..surfaces.spline_surface import SplineSurface
+from ..surfaces.surface import Surface
 
 
 def vector_dofs(rows: np.ndarray, components: Iterable[int] = (0, 1, 2)) -> np.ndarray:
@@ -159,12 +160,12 @@ def clamp(
     return Support(np.r_[trace, vector_dofs(_row(surface, direction, end, 1), components)])
 
 
-def pin(surface: SplineSurface, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
+def pin(surface: Surface, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
     """Hold components of one coefficient: removes rigid motions that no load excites.
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : Surface
     row : int
         The coefficient.
     components : ints
@@ -214,16 +215,16 @@ def symmetry(surface: SplineSurface, direction: str, end: int, axis: int) -> Sup
     )
 
 
-def supported(surface: SplineSurface, *supports: Support) -> csr_matrix:
+def supported(surface: Surface, *supports: Support) -> csr_matrix:
     """Extraction E of a surface under any supports; they may meet in corners.
 
     Dofs tied to each other, over any number of ties, move as one; one fixed dof fixes all of them.
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : Surface
     *supports : Support
-        Of `clamp`, `hinge`, `pin` and `symmetry`.
+        Of `clamp`, `hinge`, `pin` and `symmetry`; on triangles of `hold_edges` and `pin`.
 
     Returns
     -------

@@ -86,8 +86,8 @@ def volume(body: Bag) -> float:
 def _locked(scene: InflationScene, body: Bag) -> str | None:
     """The loss and its remedy, if a scene sits in the locked regime."""
     c, degree = scene.structure, scene.mesh.degree
-    if c.flexural_rigidity == 0.0:
-        return None  # no bending response to lose
+    if c.flexural_rigidity == 0.0 or body.membrane.shape == "triangle":
+        return None  # no bending response to lose, or none measured
     x, size = locking.locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
     lost = locking.loss(x, degree, c.membrane)
     if lost < locking.LIMIT:

@@ -1,4 +1,4 @@
-"""Keys of a bag from a user's mesh file: `[geometry]` and `[mesh]` of ``geometry.kind = "mesh"``."""
+"""Keys of a bag from a user's mesh file: [geometry] and [mesh] of ``geometry.kind = "mesh"``."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ NO_FILE = InputFile()
 class Region:
     """A place in a user's mesh, by one of these: triangles whose middle lies in it.
 
-    ``sphere`` is a centre and a radius, ``box`` two opposite corners, ``plane`` a point and a
-    normal (what lies beyond it), ``hole`` the point nearest to the middle of an open edge.
+    ``sphere`` is a centre and a radius, ``box`` two opposite corners, ``plane`` a normal and its
+    distance d from the origin (what lies beyond it, ``n . x >= d``), ``hole`` the point nearest to
+    the open edge that is to be closed.
     """
 
     sphere: tuple[float, ...] = ()
-    box: tuple[float, ...] = ()
+    box: tuple[tuple[float, float, float], ...] = ()
     plane: tuple[float, ...] = ()
     hole: tuple[float, ...] = ()
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 SIDES = np.array([[0, 1], [1, 2], [2, 0]])  # vertices of each local edge, counterclockwise
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # xi, eta of the vertices
 
 
 @dataclass(frozen=True)

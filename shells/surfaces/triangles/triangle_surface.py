@@ -10,7 +10,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import coo_matrix, csr_matrix, identity
+from scipy.sparse.csgraph import connected_components
 
 from ..local_elements import functions, lattice, triangle_exponents
 from ..surface import Surface
@@ -115,6 +116,17 @@ class TriangleSurface(Surface):
         return csr_matrix(
             (np.ones(columns.size), columns, rows), (columns.size, self.n_coefficients)
         )
+
+    @cached_property
+    def pieces(self) -> np.ndarray:
+        """Connected pieces of the triangles; those that share but a vertex are connected."""
+        return self.coefficient_pieces[self.element_dofs[:, 0]]
+
+    @cached_property
+    def coefficient_pieces(self) -> np.ndarray:
+        first = np.repeat(self.element_dofs[:, :1], self.element_dofs.shape[1], axis=1)
+        pairs = (np.ones(first.size), (first.ravel(), self.element_dofs.ravel()))
+        return connected_components(coo_matrix(pairs, 2 * (self.n_coefficients,)))[1]
 
     @property
     def reduction(self) -> csr_matrix:

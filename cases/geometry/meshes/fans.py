@@ -1,0 +1,121 @@
+"""Fans of triangles around vertices, that smooth edges join, and their normals.
+
+With ``q = e / |e|^2`` of its edges e from the vertex (an inversion that makes a sphere through the
+vertex a plane) a closed fan's normal is the area vector of the polygon of the q, ``sum q_i x
+q_(i+1)``: exact on spheres (Max 1999). Flat regions lend theirs to the fans where they end, so
+that sheets stay flat beside round rims. A fan that ends at a sharp curve is steered by the normals
+of its inner neighbours: on an arc the tangent at one end is that at the other one, reflected.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from shells.surfaces.triangles.edge_graph import EdgeGraph
+
+
+@dataclass(frozen=True)
+class Fans:
+    """Fans of all vertices.
+
+    Attributes
+    ----------
+    of_corner : (m, 3) int array
+        Fan of each corner of each triangle.
+    open : (n_fans,) bool array
+        Fans that sharp edges bound.
+    """
+
+    of_corner: np.ndarray
+    open: np.ndarray
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors ``(..., 3)`` of length 1; zeros stay."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def inverted(edges: np.ndarray) -> np.ndarray:
+    """Vectors ``(..., 3)`` over the squares of their lengths."""
+    square = np.sum(edges**2, axis=-1, keepdims=True)
+    return edges / np.where(square > 0.0, square, 1.0)
+
+
+def fans_between(triangles: np.ndarray, graph: EdgeGraph, sharp: np.ndarray) -> Fans:
+    """Corners joined across the edges that are not sharp ``(n_edges,)``."""
+    tri, side = graph.triangles[~sharp], graph.sides[~sharp]
+    start, end = 3 * tri + side, 3 * tri + (side + 1) % 3
+    # the second triangle runs the edge backwards
+    rows = np.concatenate([start[:, 0], end[:, 0]])
+    columns = np.concatenate([end[:, 1], start[:, 1]])
+    n = triangles.size
+    joined = coo_matrix((np.ones(rows.size), (rows, columns)), shape=(n, n))
+    count, fan = connected_components(joined, directed=False)
+    fan = fan.reshape(-1, 3)
+    opened = np.zeros(count, dtype=bool)
+    bounds = sharp[graph.of_triangle]
+    opened[fan[bounds]] = True
+    opened[np.roll(fan, -1, axis=1)[bounds]] = True
+    return Fans(fan, opened)
+
+
+def fan_normals(
+    points: np.ndarray, triangles: np.ndarray, fans: Fans, flat: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals ``(n_fans, 3)``, and which are those of flat triangles ``(m,)`` alone."""
+    corner, fan = points[triangles], fans.of_corner
+    q_next = inverted(np.roll(corner, -1, axis=1) - corner)
+    q_last = inverted(np.roll(corner, -2, axis=1) - corner)
+    area, level = np.zeros((2, fans.open.size, 3))
+    part = np.cross(q_next, q_last)
+    np.add.at(area, fan, part)
+    np.add.at(level, fan[flat], part[flat])
+    is_flat: np.ndarray = np.any(level != 0.0, axis=1)
+    return unit(np.where(is_flat[:, None], level, area)), is_flat
+
+
+def steered(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    graph: EdgeGraph,
+    fans: Fans,
+    normals: np.ndarray,
+    along: np.ndarray,
+    steer: np.ndarray,
+) -> np.ndarray:
+    """Normals ``(n_fans, 3)`` of fans beside smooth sharp curves, from those of inner neighbours.
+
+    Parameters
+    ----------
+    points, triangles, graph, fans :
+        The mesh.
+    normals : (n_fans, 3) array
+        Of all fans.
+    along : (n_fans, 3) array
+        Unit tangent of the curve at each fan; zero where there is none.
+    steer : (n_fans,) bool array
+        Fans to be steered.
+    """
+    both = graph.triangles[:, 1] >= 0
+    tri, side = graph.triangles[both, 0], graph.sides[both, 0]
+    ends = np.stack([side, (side + 1) % 3], axis=1)
+    ends = np.concatenate([ends, ends[:, ::-1]])
+    tri = np.concatenate([tri, tri])
+    here, inner = fans.of_corner[tri, ends[:, 0]], fans.of_corner[tri, ends[:, 1]]
+    used = steer[here] & ~fans.open[inner]
+    here, inner, tri, ends = here[used], inner[used], tri[used], ends[used]
+    edge = np.diff(points[triangles[tri[:, None], ends]], axis=1)[:, 0]
+    d, n = unit(edge), normals[inner]
+    arriving = unit(d - np.sum(d * n, axis=1, keepdims=True) * n)
+    leaving = 2.0 * np.sum(d * arriving, axis=1, keepdims=True) * d - arriving
+    inward = np.zeros_like(normals)
+    np.add.at(inward, here, leaving)
+    found = np.cross(along, inward)
+    found *= np.sign(np.sum(found * normals, axis=1, keepdims=True))
+    done = np.linalg.norm(found, axis=1) > 1e-3
+    return np.where(done[:, None], unit(found), normals)
