@@ -71,9 +71,8 @@ def shear(degree: int, cells: int = 9, seed: int = 0) -> tuple[np.ndarray, int]:
     points, triangles = strip(cells, seed)
     flat = np.column_stack([points, np.zeros(len(points))])
     surface, c = interpolated(flat, triangles, degree, lambda x: x)
-    root, tip = (
-        rim_edges(surface, c, lambda x, at=at: np.abs(x[..., 0] - at) < 1e-9) for at in (0.0, 10.0)
-    )
+    root = rim_edges(surface, c, lambda x: x[..., 0] < 1e-9)
+    tip = rim_edges(surface, c, lambda x: x[..., 0] > 10.0 - 1e-9)
     basis = TriangleBasis(surface, c)
     shell = TriangleShell(basis, Material(0.1**2 / 12.0), clamp=HeldSlopes(root))
     force = edge_load(surface, tip, [0.0, 0.0, 4.0 / 1.2e5], c)
@@ -107,14 +106,15 @@ def inflated(n: int, degree: int) -> tuple[int, float, int]:
 
 
 def zero_modes(n: int, degree: int) -> tuple[int, float, float, float]:
-    """Triangles; sixth and seventh eigenvalue over the largest; energy of a rigid motion."""
+    """Triangles; largest of the six and the seventh over the last; cost of a rigid motion."""
     basis, c = ball(n, degree)
     shell = TriangleShell(basis, Material(1e-3, poisson_ratio=0.3))
     values = np.linalg.eigvalsh(shell.gradient_and_tangent(c)[1].toarray())
     turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     cost = sum(shell.energy(c @ turn.T + 1.0))
-    return basis.surface.n_elements, abs(values[5] / values[-1]), values[6] / values[-1], cost
+    sixth = np.abs(values[:6]).max() / values[-1]
+    return basis.surface.n_elements, float(sixth), float(values[6] / values[-1]), cost
 
 
 def speed(n: int) -> tuple[dict[str, float], float]:
@@ -208,8 +208,8 @@ def mode_rows(quick: bool) -> list[Row]:
                 "case": f"six zero modes, degree {degree}, {triangles} triangles",
                 "seconds": time.perf_counter() - start,
                 "error": sixth,
-                "error_kind": "sixth eigenvalue over the largest",
-                "reference": "none",
+                "error_kind": "largest of six eigenvalues over the largest of all",
+                "reference": "zero",
                 "degree": degree,
                 "seventh": seventh,
                 "rigid motion": cost,
@@ -219,8 +219,7 @@ def mode_rows(quick: bool) -> list[Row]:
 
 
 def speed_rows(quick: bool) -> list[Row]:
-    n = 200 if quick else 400
-    found, error = speed(n)
+    found, error = speed(200 if quick else 400)
     peer = found["cubic quad"]
     return [
         {
@@ -228,10 +227,9 @@ def speed_rows(quick: bool) -> list[Row]:
             "seconds": seconds,
             "error": error,
             "error_kind": "asymmetry of the tangent",
-            "reference": "a cubic spline quad, one thread",
+            "reference": "a cubic spline quad, one thread, same run",
             "us/element": 1e6 * seconds,
-            "ratio": peer / seconds,
-            "peer": "cubic quad",
+            "times a quad": seconds / peer,
         }
         for name, seconds in found.items()
     ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import bsr_matrix, csr_matrix
 
 from . import _kink_kernels as kernels
 
@@ -39,16 +39,9 @@ class BlockScatter:
         ]
         self._length = [lengths[dofs] for dofs in groups]
         self._dofs = groups
-        self.indptr = np.concatenate([[0], np.cumsum(np.repeat(lengths, 3))])
-        self.indices = self._columns(column, ends).astype(np.int32)
-
-    def _columns(self, column: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Columns of all entries: those of a coefficient's row three times over."""
-        wide = (3 * column[:, None] + np.arange(3)).ravel()
-        rows = np.repeat(np.arange(self.n), 3)
-        size = 3 * np.diff(ends)[rows]
-        offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-        return wide[np.repeat(3 * ends[rows], size) + offset]
+        full = np.zeros((used.size, 3, 3), dtype=np.int8)
+        pattern = bsr_matrix((full, column, ends), shape=(3 * n, 3 * n)).tocsr()
+        self.indptr, self.indices = pattern.indptr, pattern.indices
 
     def zeros(self) -> np.ndarray:
         """Data of an empty matrix."""

@@ -100,7 +100,8 @@ def _version_2(sections: dict[str, Cursor], text: bool) -> CellMesh:
     read_rows = _text_elements if text else _binary_elements
     for kind, numbers, physical, cells in read_rows(elements, total):
         rows_of[kind].append((numbers, physical, cells))
-    _finished(nodes, "Nodes"), _finished(elements, "Elements")
+    _finished(nodes, "Nodes")
+    _finished(elements, "Elements")
     blocks, labels = [], defaultdict(list)
     for kind, parts in rows_of.items():
         numbers, physical, cells = (np.concatenate(column) for column in zip(*parts, strict=True))

@@ -37,7 +37,7 @@ def read(data: bytes) -> CellMesh:
     if held > count > 0:
         mesh = _binary(data, count)
         extra = len(data) - _HEAD - _RECORD.itemsize * count
-        return _soup(mesh.points, mesh.groups, [*mesh.notes, f"{extra} bytes after the last facet"])
+        return _soup(mesh.points, {}, [*mesh.notes, f"{extra} bytes after the last facet"])
     raise MeshError(
         f"binary STL of {count} triangles by its header, room for {held:.1f} in the file: cut "
         "short or damaged; export or copy it again"
