@@ -17,7 +17,7 @@ import numpy as np
 from shells.surfaces.local_elements import functions, lattice
 from shells.surfaces.triangles.edge_graph import EdgeGraph, edge_graph
 
-from .facet_mesh import MeshError
+from ..facet_mesh import MeshError
 from .fans import unit
 from .vertex_normals import VertexFrames, vertex_frames
 
