@@ -86,7 +86,7 @@ def contact_lines(bag: Bag, carried: object | None) -> tuple[list[Item], list[st
         return items, []
     return items, [
         f"sheets face each other {near:.2g} apart at rest, within contact's reach {reach:.2g}: the "
-        f"mesh pinches them (raise mesh.around), or lower contact.reach to "
+        f"mesh pinches them (refine it), or lower contact.reach to "
         f"{0.9 * near / bag.gap:.2g}"
     ]
 

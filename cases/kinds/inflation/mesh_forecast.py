@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from ...geometry.meshes.findings import SLIVER, quality
+from ...geometry.meshes.loading import mesh_warnings
 from ...geometry.meshes.mesh_bag import MeshBag
 from ...output.forecast import Item
 from .plan import InflationPlan
 
 Findings = tuple[list[Item], list[str]]
-SIZES = 0.01, 100.0  # extents in units of L beyond which the unit is likely another
 THIN = 0.02  # distance of facing sheets over the extent below which films are hard to resolve
 
 
@@ -24,19 +24,16 @@ def users_mesh(plan: InflationPlan) -> Findings:
         return [], []
     facets = bag.mesh.facets
     found = quality(facets.points, facets.triangles)
-    extents = np.ptp(facets.points, axis=0)
     edges = f"edges {found.shortest:.3g} to {found.longest:.3g}, half of them below "
     items = [Item("mesh", len(bag.mesh.control), "", "triangles after repairs and splits")]
     items += [Item(f"group {name}", len(members), "", "triangles")
               for name, members in facets.groups.items()]  # fmt: skip
     items += [
-        Item("extents", " x ".join(f"{x:.4g}" for x in extents), "", "in units of L"),
         Item("smallest angle", found.smallest_angle, "deg", f"{edges}{found.median:.3g}"),
         Item("nearest facing sheets", bag.narrowest, "", f"sampled; 2 V / A = {bag.gap:.3g}"),
-        Item("inlet faces", bag.faces if np.isfinite(bag.faces) else "nothing", "", "outward"),
         Item("largest kink", _largest_kink(bag), "deg", "between triangles; free of stress"),
     ]
-    return items, [*bag.warnings, *found.warnings(), *_sizes(extents), *_film(plan, bag)]
+    return items, [*bag.warnings, *mesh_warnings(facets), *_film(plan, bag)]
 
 
 def _largest_kink(bag: MeshBag) -> float:
@@ -45,16 +42,6 @@ def _largest_kink(bag: MeshBag) -> float:
 
     angles = kink_angles(bag.membrane, bag.coefficients[: bag.n_membrane])
     return float(np.degrees(np.abs(angles).max()))
-
-
-def _sizes(extents: np.ndarray) -> list[str]:
-    size = float(extents.max())
-    if SIZES[0] <= size <= SIZES[1]:
-        return []
-    return [
-        f"geometry.unit: the mesh is {size:.3g} units of L long; is the unit of the file another? "
-        "Give geometry.unit and [physical] length, or scale the file"
-    ]
 
 
 def _film(plan: InflationPlan, bag: MeshBag) -> list[str]:
