@@ -1,8 +1,9 @@
 """Room between the coincident sheets of a flat bag, and a second sheet for a single one.
 
 Interior points move off the seam's surface by ``h sqrt(1 - (1 - d / w)^2)``, d the distance to
-the seam and w = 2 h: a rim of half ellipses. The flat cut stays the stress-free reference, so
-that a bag starts as strained as the opening makes it: the note says by how much.
+the seam and w = 2 h: a rim of half ellipses. Then flat sheets are drawn in, until they are hardly
+stretched. The flat cut stays the stress-free reference, so that a bag starts as strained as the
+opening makes it: the note says by how much.
 """
 
 from __future__ import annotations
@@ -14,13 +15,17 @@ from scipy.sparse import coo_matrix
 
 from .chords import split_chords
 from .facet_mesh import FacetMesh, MeshError
-from .flat.sheets import Sheets, told_apart
+from .flat.drawn import drawn_in
+from .flat.plane import fitted_plane
+from .flat.sheets import FLAT, Sheets, told_apart
 
 RIM = 2.0  # width of the opened rim, in h
 BLOCK = 2_000_000  # pairs of a point and a seam edge at a time
 
 
-def opened(facets: FacetMesh, h: float, seam: np.ndarray | None = None) -> FacetMesh:
+def opened(
+    facets: FacetMesh, h: float, seam: np.ndarray | None = None, *, drawn: bool = True
+) -> FacetMesh:
     """Lift each sheet of a flat bag by ``h`` off the other.
 
     Parameters
@@ -32,6 +37,9 @@ def opened(facets: FacetMesh, h: float, seam: np.ndarray | None = None) -> Facet
         Half the distance that the sheets are given, in the mesh's unit.
     seam : (k, 2) int array, optional
         Edges to keep together; default all at which the sheets meet.
+    drawn : bool
+        Whether flat sheets give way in their plane, the seam too, as sheets without stretch do;
+        without it, or folded, points only move off the plane.
 
     Returns
     -------
@@ -72,6 +80,13 @@ def opened(facets: FacetMesh, h: float, seam: np.ndarray | None = None) -> Facet
     if middles is not None:
         middles = middles + _middle_offsets(facets, sheets, normals, edges, h)
     flat = facets.points if facets.reference is None else facets.reference
+    plane = fitted_plane(facets.points)
+    if drawn and plane.thickness <= FLAT * plane.size:
+        moves = drawn_in(points, flat, facets.triangles, plane.axes[:2]) - points
+        points = points + moves
+        if middles is not None:
+            ends = np.stack([facets.triangles, np.roll(facets.triangles, -1, axis=1)], axis=2)
+            middles = middles + moves[ends].mean(axis=2)
     lifted = replace(facets, points=points, middles=middles, reference=flat)
     return replace(lifted, notes=(*facets.notes, _note(facets, lifted, h)))
 

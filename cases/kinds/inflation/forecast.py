@@ -22,6 +22,7 @@ from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
 from .initial_bag import nature
+from .mesh_forecast import drawn, users_mesh
 from .plan import InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -46,6 +47,9 @@ def forecast(scene: InflationScene) -> Forecast:
     items = _sizes(plan)
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
+    more, cautions = users_mesh(plan)
+    items = [*more, *items]
+    warnings += cautions
     if plan.bag.folding is not None:
         for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
             items += more
@@ -59,7 +63,7 @@ def forecast(scene: InflationScene) -> Forecast:
         more, cautions = _fluid(plan)
         items += more
         warnings += cautions
-    return Forecast(tuple(items), tuple(warnings))
+    return Forecast(tuple(items), tuple(warnings), drawn(plan), plan.bag.notes)
 
 
 def _inlet_area(plan: InflationPlan) -> float:
@@ -111,14 +115,20 @@ def _locked(scene: InflationScene, body: Bag) -> str | None:
 def _sizes(plan: InflationPlan) -> list[Item]:
     scene, body = plan.scene, plan.bag
     start = volume(body)
-    error = f"largest distance {body.fit_error:.2g}"
     volume_error = abs(start / body.exact_volume - 1.0)
     # a crumpled bag has no exact shape to compare with
     compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
+    fitted = f"of the spline fit: largest distance {body.fit_error:.2g}{compared}"
+    smoothed = f"of the smooth surface, at most {body.fit_error:.2g} off the facets"
     return [
         Item("elements", plan.elements, "", f"{plan.inlet.n_elements} of them inlet"),
-        Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
-        Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
+        Item("structure unknowns", 3 * body.membrane.reduction.shape[1], "", "before supports"),
+        Item(
+            "initial volume",
+            start,
+            "",
+            smoothed if body.membrane.shape == "triangle" else fitted,
+        ),
         Item("final volume", scene.inflow.final_volume * start),
         Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
         Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),

@@ -11,7 +11,7 @@ from cases.geometry.meshes.chords import bisected, split_chords
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
 from cases.geometry.meshes.flat.plane import fitted_plane
 from cases.geometry.meshes.flat.sheets import told_apart
-from cases.geometry.meshes.opening import double_sheet, opened
+from cases.geometry.meshes.opening import double_sheet, opened, stretches
 
 N = 8
 
@@ -87,7 +87,7 @@ def test_groups_tell_which_corners_belong_together():
 
 def test_opened_square():
     h = 0.02
-    bag = opened(double_sheet(square()), h)
+    bag = opened(double_sheet(square()), h, drawn=False)
     assert set(uses(bag)) == {2}
     runs = np.stack([bag.triangles, np.roll(bag.triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     assert np.unique(runs, axis=0).shape == runs.shape
@@ -106,6 +106,31 @@ def test_opened_square():
     assert "stretches it by 1 to 1.0" in bag.notes[-1]
 
 
+def test_sheets_are_drawn_in():
+    """A disc on narrow rings: lifted by their width, its rim is stretched by a quarter."""
+    radii, n = np.array([1.0, 0.97, 0.9, 0.7, 0.4]), 48
+    angle = 2.0 * np.pi * (np.arange(n) + 0.5 * np.arange(len(radii))[:, None]) / n
+    rings = np.stack([radii[:, None] * f(angle) for f in (np.cos, np.sin)], axis=2).reshape(-1, 2)
+    points = np.column_stack([np.concatenate([rings, [[0.0, 0.0]]]), np.zeros(len(rings) + 1)])
+    a, b = np.arange(n), (np.arange(n) + 1) % n
+    strips = [np.concatenate([np.stack([a, b, a + n], 1), np.stack([b, b + n, a + n], 1)]) + n * k
+              for k in range(len(radii) - 1)]  # fmt: skip
+    last = n * (len(radii) - 1)
+    cap = np.stack([a + last, b + last, np.full(n, last + n)], axis=1)
+    flat = double_sheet(middled(FacetMesh(points, np.concatenate([*strips, cap]))))
+    stiff, soft = opened(flat, 0.03, drawn=False), opened(flat, 0.03)
+    np.testing.assert_allclose(soft.points[:, 2], stiff.points[:, 2], atol=1e-15)
+    before, after = (stretches(b.reference, b.points, b.triangles) for b in (stiff, soft))
+    assert before.max() > 1.25
+    # a rim drawn in by s shortens its circle by s: what is left is shared by both
+    assert np.abs(after - 1.0).max() < 0.08
+    rim = np.hypot(*soft.points[:n, :2].T)
+    assert np.ptp(rim) < 1e-6
+    assert 0.005 < 1.0 - rim.mean() < 0.015
+    ends = 0.5 * (soft.points[soft.triangles] + soft.points[np.roll(soft.triangles, -1, axis=1)])
+    np.testing.assert_allclose(soft.middles[:, :, :2], ends[:, :, :2], atol=1e-12)
+
+
 def test_volume_of_an_opened_square_converges_to_its_profile():
     h, n = 0.2, 24
     errors = []
@@ -115,14 +140,14 @@ def test_volume_of_an_opened_square_converges_to_its_profile():
     inside = (1.0 - 4.0 * h * (1.0 - np.cos(angle))) ** 2
     exact = 2.0 * h * 0.25 * np.pi * (weight * np.cos(angle)) @ inside
     for k in (n, 2 * n):
-        errors.append(abs(volume(opened(double_sheet(square(k)), h)) / exact - 1.0))
+        errors.append(abs(volume(opened(double_sheet(square(k)), h, drawn=False)) / exact - 1.0))
     assert errors[1] < 0.4 * errors[0]
     assert errors[1] < 1e-2
 
 
 def test_middles_and_orientation_follow():
     flat = middled(double_sheet(square()))
-    bag = opened(flat, 0.04)
+    bag = opened(flat, 0.04, drawn=False)
     t = bag.triangles
     height = np.abs(bag.middles[:, :, 2])
     x, y = bag.middles[:, :, 0], bag.middles[:, :, 1]
@@ -136,7 +161,7 @@ def test_middles_and_orientation_follow():
     wrong[5] = wrong[5][[0, 2, 1]]
     turned = flat.middles.copy()
     turned[5] = turned[5][::-1]
-    again = opened(replace(flat, triangles=wrong, middles=turned), 0.04)
+    again = opened(replace(flat, triangles=wrong, middles=turned), 0.04, drawn=False)
     np.testing.assert_array_equal(again.triangles, bag.triangles)
     np.testing.assert_array_equal(again.middles, bag.middles)
 

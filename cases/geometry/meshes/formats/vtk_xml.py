@@ -11,6 +11,7 @@ import lzma
 import re
 import zlib
 from dataclasses import dataclass
+from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -32,7 +33,7 @@ _POLYGONAL = {"Verts": 2, "Lines": 4, "Polys": POLYGON, "Strips": STRIP}
 class _Coding:
     """How arrays are written: byte order, type of the sizes, compressor, appended bytes."""
 
-    order: str
+    order: Literal["<", ">"]
     size: np.dtype
     compressor: str
     appended: bytes

@@ -23,7 +23,7 @@ def halved(facets: FacetMesh, marked: np.ndarray) -> tuple[FacetMesh, np.ndarray
     facets : FacetMesh
         Without groups: these follow by the second result.
     marked : (n, 2) int array
-        Edges, smaller vertex first.
+        FacetEdges, smaller vertex first.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from cases.geometry.meshes.findings import place
 from cases.geometry.meshes.mending.bisection import halved
 from cases.geometry.meshes.mending.doubles import drop_doubles
 from cases.geometry.meshes.mending.state import Mending
-from cases.geometry.meshes.mending.topology import Edges, edges_of
+from cases.geometry.meshes.mending.topology import FacetEdges, edges_of
 from cases.geometry.meshes.mending.welding import first_of, welded
 
 # Halving chords one by one takes too long beyond; sheets that share so many are no sheets.
@@ -32,10 +32,10 @@ def weld(mesh: Mending) -> None:
     triangles = mesh.mesh.triangles
     if soup and np.any(edges_of(_proper(one[triangles])).counts > 2):
         one = _sheet_by_sheet(mesh, one)
+    left = len(np.unique(one[mesh.mesh.triangles]))
     one = _chords(mesh, one)
     _check_reference(mesh, one)
     triangles = one[mesh.mesh.triangles]
-    left = len(np.unique(triangles))
     if left < count:
         mesh.notes.append(f"{len(mesh.given.triangles)} triangles, {count} points welded to {left}")
     unused = len(mesh.given.points) - count
@@ -88,9 +88,9 @@ def _sheet_by_sheet(mesh: Mending, one: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Meeting:
-    """Edges before welding: which meet others after it, and whether rims are among these."""
+    """FacetEdges before welding: which meet others after it, and whether rims are among these."""
 
-    edges: Edges
+    edges: FacetEdges
     total: np.ndarray  # triangles at the welded edge
     inner: np.ndarray  # whether all that meet there had two triangles
 
@@ -106,7 +106,7 @@ class _Meeting:
 
 
 def _crowded(triangles: np.ndarray, one: np.ndarray) -> np.ndarray:
-    """Edges of more than two triangles after welding that are no chords of sheets."""
+    """FacetEdges of more than two triangles after welding that are no chords of sheets."""
     meeting = _Meeting.of(triangles, one)
     return (meeting.total > 2) & ~meeting.inner
 

@@ -9,13 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.mending.topology import Edges, boundary_loops, joined
+from cases.geometry.meshes.mending.topology import FacetEdges, boundary_loops, joined
 
 # Volume of a sheet, over its area to the power 3/2, below which it is flat.
 FLAT = 1e-8
 
 
-def turns(points: np.ndarray, triangles: np.ndarray, edges: Edges, parts: np.ndarray) -> np.ndarray:
+def turns(
+    points: np.ndarray, triangles: np.ndarray, edges: FacetEdges, parts: np.ndarray
+) -> np.ndarray:
     """Which triangles (m,) to turn so that those of each part agree and enclose a volume.
 
     Parts that enclose none keep the way that most of their triangles have.
@@ -71,7 +73,9 @@ def _signed(points, triangles, turned, parts):  # type: ignore[no-untyped-def]
     return volume, np.bincount(parts, area, number)
 
 
-def _one_sided(points: np.ndarray, triangles: np.ndarray, edges: Edges, own: np.ndarray) -> str:
+def _one_sided(
+    points: np.ndarray, triangles: np.ndarray, edges: FacetEdges, own: np.ndarray
+) -> str:
     """Words on an edge whose triangles cannot agree once all others of a tree do."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order
@@ -91,8 +95,8 @@ def _one_sided(points: np.ndarray, triangles: np.ndarray, edges: Edges, own: np.
         sign[t] = sign[b] ^ differ.get((t, b), differ.get((b, t), False))
     bad = np.flatnonzero(sign[f] ^ sign[g] ^ against)[0]
     ends = points[edges.ends[edges.of.ravel()[first[bad]]]]
-    a, b = (", ".join(f"{x:.4g}" for x in end) for end in ends)
+    start, stop = (", ".join(f"{x:.4g}" for x in end) for end in ends)
     return (
         f"a sheet of {np.sum(own)} triangles has one side only (Moebius or Klein): its triangles "
-        f"cannot agree at the edge from ({a}) to ({b}); cut or remodel it there"
+        f"cannot agree at the edge from ({start}) to ({stop}); cut or remodel it there"
     )

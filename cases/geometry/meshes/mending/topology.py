@@ -1,4 +1,4 @@
-"""Edges, fans, sheets and rims of triangles: what joins what, by vertex numbers alone."""
+"""FacetEdges, fans, sheets and rims of triangles: what joins what, by vertex numbers alone."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Edges:
-    """Edges of triangles (m, 3); side k of a triangle runs from its corner k to k + 1.
+class FacetEdges:
+    """FacetEdges of triangles (m, 3); side k of a triangle runs from its corner k to k + 1.
 
     Attributes
     ----------
@@ -36,14 +36,14 @@ class Edges:
         return order[first], order[first + 1]
 
 
-def edges_of(triangles: np.ndarray) -> Edges:
-    """Edges in the order of their vertices."""
+def edges_of(triangles: np.ndarray) -> FacetEdges:
+    """FacetEdges in the order of their vertices."""
     starts, stops = triangles, np.roll(triangles, -1, axis=1)
     low, high = np.minimum(starts, stops).ravel(), np.maximum(starts, stops).ravel()
     span = int(triangles.max()) + 1 if triangles.size else 1
     keys, inverse, counts = np.unique(low * span + high, return_inverse=True, return_counts=True)
     ends = np.stack([keys // span, keys % span], axis=1)
-    return Edges(ends, inverse.reshape(triangles.shape), counts, starts < stops)
+    return FacetEdges(ends, inverse.reshape(triangles.shape), counts, starts < stops)
 
 
 def joined(count: int, a: np.ndarray, b: np.ndarray) -> tuple[int, np.ndarray]:
@@ -56,13 +56,13 @@ def joined(count: int, a: np.ndarray, b: np.ndarray) -> tuple[int, np.ndarray]:
     return int(number), parts
 
 
-def sheets(triangles: np.ndarray, edges: Edges | None = None) -> tuple[int, np.ndarray]:
+def sheets(triangles: np.ndarray, edges: FacetEdges | None = None) -> tuple[int, np.ndarray]:
     """Parts that hang together by edges, and the part of each triangle."""
     first, second = (edges or edges_of(triangles)).pairs()
     return joined(len(triangles), first // 3, second // 3)
 
 
-def fans(triangles: np.ndarray, edges: Edges) -> np.ndarray:
+def fans(triangles: np.ndarray, edges: FacetEdges) -> np.ndarray:
     """Corners (m, 3) numbered so that those are equal which hang together by edges."""
     first, second = edges.pairs()
     after = 3 * (np.arange(triangles.size) // 3) + (np.arange(triangles.size) + 1) % 3

@@ -38,7 +38,7 @@ def sphere(levels: int) -> tuple[np.ndarray, np.ndarray]:
 def bag(levels: int = 1) -> FacetMesh:
     """A flattened sphere with the groups "film" and "inlet"; numbers that any format keeps."""
     points, triangles = sphere(levels)
-    points = np.round(points * [1024, 1024, 512]) / 1024
+    points = np.round(points * [32, 32, 16]) / 32
     low = points[triangles].mean(axis=1)[:, 2] < -0.3
     groups = {"film": np.flatnonzero(~low), "inlet": np.flatnonzero(low)}
     return FacetMesh(points, triangles, groups)
@@ -62,7 +62,7 @@ def corners(facets: FacetMesh, name: str | None = None) -> np.ndarray:
     rows = []
     for triangle in found.tolist():
         k = triangle.index(min(triangle))
-        rows.append(sum(triangle[k:] + triangle[:k], []))
+        rows.append(np.ravel(triangle[k:] + triangle[:k]).tolist())
     return np.array(sorted(rows))
 
 
@@ -120,6 +120,56 @@ def off_text(facets: FacetMesh) -> str:
     lines += [f"{x!r} {y!r} {z!r}" for x, y, z in facets.points.tolist()]
     lines += [f"3 {a} {b} {c}" for a, b, c in facets.triangles.tolist()]
     return "\n".join(lines) + "\n"
+
+
+def abaqus_text(facets: FacetMesh, name: str = "M3D3") -> str:
+    lines = ["*HEADING", "a bag", "** nodes", "*Node, nset=all"]
+    lines += [f"{i}, {x!r}, {y!r}, {z!r}" for i, (x, y, z) in enumerate(facets.points.tolist(), 1)]
+    number = 0
+    for group, triangles in _grouped(facets):
+        lines.append(f"*Element, type={name}, elset={group}")
+        for a, b, c in (triangles + 1).tolist():
+            number += 1
+            lines.append(f"{number}, {a}, {b}, {c}")
+    return "\n".join([*lines, "*MEMBRANE SECTION, ELSET=film, MATERIAL=fabric", "0.1"]) + "\n"
+
+
+def nastran_text(facets: FacetMesh, commas: bool = False) -> str:
+    lines = ["SOL 101", "CEND", "BEGIN BULK"]
+    for i, name in enumerate(facets.groups):
+        lines.append(f"$ Femap Property {7 + i} : {name}")
+    for i, (x, y, z) in enumerate(facets.points.tolist(), 1):
+        if commas:
+            lines.append(f"GRID,{i},,{x!r},{y!r},{z!r}")
+        else:
+            lines.append(f"GRID*   {i:16d}{'':16s}{x:16.9f}{y:16.9f}")
+            lines.append(f"*       {z:16.9f}")
+    number = 0
+    for i, (_, triangles) in enumerate(_grouped(facets)):
+        for a, b, c in (triangles + 1).tolist():
+            number += 1
+            words = [number, 7 + i, a, b, c]
+            wide = "CTRIA3  " + "".join(f"{word:8d}" for word in words)
+            lines.append("CTRIA3," + ",".join(map(str, words)) if commas else wide)
+    return "\n".join([*lines, "ENDDATA"]) + "\n"
+
+
+def lsdyna_text(facets: FacetMesh, reference: np.ndarray | None = None) -> str:
+    lines = ["*KEYWORD", "$ a bag", "*PART"]
+    for i, name in enumerate(facets.groups):
+        lines += ["$#  title", name, f"{3 + i:10d}{1:10d}{1:10d}"]
+    lines.append("*NODE")
+    lines += [f"{i:8d}{x:16.9f}{y:16.9f}{z:16.9f}" for i, (x, y, z) in enumerate(facets.points, 11)]
+    if reference is not None:
+        lines.append("*AIRBAG_REFERENCE_GEOMETRY")
+        lines += [f"{i:8d}{x:16.9f}{y:16.9f}{z:16.9f}" for i, (x, y, z) in enumerate(reference, 11)]
+    lines.append("*ELEMENT_SHELL")
+    number = 0
+    for i, (_, triangles) in enumerate(_grouped(facets)):
+        for a, b, c in (triangles + 11).tolist():
+            number += 1
+            lines.append("".join(f"{n:8d}" for n in (number, 3 + i, a, b, c, c)))
+    return "\n".join([*lines, "*END"]) + "\n"
 
 
 def by_meshio(facets: FacetMesh, path: Path, form: str, **options) -> None:
@@ -183,4 +233,14 @@ WRITERS: dict[str, tuple[str, Callable[[FacetMesh, Path], None], str | None]] = 
     "vtu zlib": (".vtu", meshio_form("vtu", compression="zlib"), "part 2"),
     "vtu lzma": (".vtu", meshio_form("vtu", compression="lzma"), "part 2"),
     "vtu base64": (".vtu", meshio_form("vtu", compression=None), "part 2"),
+    "abaqus membranes": (".inp", text(abaqus_text), "inlet"),
+    "abaqus shells": (".inp", meshio_form("abaqus"), "inlet"),
+    "nastran": (".bdf", text(nastran_text), "inlet"),
+    "nastran commas": (".nas", text(lambda facets: nastran_text(facets, True)), "inlet"),
+    "nastran narrow": (
+        ".dat",
+        meshio_form("nastran", point_format="fixed-small", cell_format="fixed-small"),
+        "property 2",
+    ),
+    "lsdyna": (".k", text(lsdyna_text), "inlet"),
 }
