@@ -10,7 +10,7 @@ from pathlib import Path
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
 from cases.geometry.meshes.faceting import faceted
 
-MOST_BYTES = 1 << 29
+MOST_BYTES = 1 << 28
 # ending: name of the format, module of its reader
 FORMATS = {
     ".stl": ("STL", "stl"),
@@ -70,7 +70,8 @@ def read_facets(path: str | os.PathLike[str]) -> FacetMesh:
     except MeshError as error:
         # words of a damaged file may hold anything
         told = "".join(c if c.isprintable() else "?" for c in str(error))
-        raise MeshError(f"{path.name}: {told}") from None
+        remedy = "" if ";" in told else "; mend it there or export it again"
+        raise MeshError(f"{path.name}: {told}{remedy}") from None
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise MeshError(
@@ -100,7 +101,7 @@ def _bytes(path: Path) -> bytes:
         if size > MOST_BYTES:
             raise MeshError(
                 f"{path.name}: {size / 2**20:.0f} MiB, {MOST_BYTES >> 20} at most; decimate it in "
-                "a mesh tool"
+                "a mesh tool, or save it as binary"
             )
         data = path.read_bytes()
     except OSError as error:
