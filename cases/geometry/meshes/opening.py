@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_matrix
 
-from .chords import split_chords
 from .facet_mesh import FacetMesh, MeshError
+from .flat.chords import split_chords
 from .flat.drawn import drawn_in
 from .flat.plane import fitted_plane
 from .flat.sheets import FLAT, Sheets, told_apart

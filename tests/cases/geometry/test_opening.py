@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.geometry.meshes.chords import bisected, split_chords
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
+from cases.geometry.meshes.flat.chords import bisected, split_chords
 from cases.geometry.meshes.flat.plane import fitted_plane
 from cases.geometry.meshes.flat.sheets import told_apart
 from cases.geometry.meshes.opening import double_sheet, opened, stretches
