@@ -18,13 +18,16 @@ from shells.surfaces.local_elements import functions, lattice, middle
 from shells.surfaces.triangles.triangle_surface import TriangleSurface
 
 from ..bag import Bag
-from .curved_mesh import CurvedMesh, curved_mesh
+from ..folding import Folding, Map
 from .facet_mesh import FacetMesh, MeshError
 from .inlets.checks import check_across
 from .inlets.cut import split_members, with_inlet
 from .inlets.facing import first_hits
 from .inlets.inflow import RimCurve, inflow_profile
+from .loading import mesh_warnings
 from .narrowest import narrowest_gap
+from .placing import moved
+from .smoothing.curved_mesh import CurvedMesh, curved_mesh
 
 PATCH_CELLS = 12  # of each triangle's side, where the deepest point of the patch is sought
 RIMS = ("hinged", "clamped")
@@ -84,7 +87,7 @@ def mesh_bag(
     crease: float = 30.0,
     split: int = 0,
     surface: Callable[[np.ndarray], np.ndarray] | None = None,
-    fold: Callable[[np.ndarray], np.ndarray] | None = None,
+    fold: Map | Folding | None = None,
     rest: str | Sequence[str] | None = None,
 ) -> MeshBag:
     """A bag from a mesh that is welded and oriented outwards.
@@ -104,8 +107,9 @@ def mesh_bag(
         See `control_points`.
     split : int
         How often each triangle of the smooth surface is divided into four.
-    fold : callable, optional
-        Map of points ``(n, 3)`` that folds the mesh, which then is the unfolded bag.
+    fold : callable or Folding, optional
+        Map of points ``(n, 3)`` that folds the mesh, which then is the unfolded bag unless it has
+        a reference; or the folding of a pattern, whose maps before the last place it rigidly.
     rest : str or sequence of str, optional
         Groups to use for the membrane; the others are named and left out.
 
@@ -118,29 +122,57 @@ def mesh_bag(
     MeshError
         A mesh that is no bag with this inlet: what, where, and the remedy.
     """
-    if fold is not None and facets.reference is not None:
-        raise MeshError("a mesh with an unfolded reference is folded already: give no folds")
     facets, chosen = with_inlet(facets, inlet, rest)
-    mesh = curved_mesh(
-        facets, degree=degree, smooth=smooth, crease=crease, surface=surface, split=split
+    mesh, chosen = shaped(
+        facets,
+        chosen,
+        degree=degree,
+        smooth=smooth,
+        crease=crease,
+        split=split,
+        surface=surface,
+        fold=fold,
     )
+    bag = assembled(mesh, chosen, density)
+    return replace(bag, folding=fold) if isinstance(fold, Folding) else bag
+
+
+def shaped(
+    facets: FacetMesh,
+    chosen: np.ndarray,
+    *,
+    split: int,
+    fold: Map | Folding | None,
+    **smoothing: Any,
+) -> tuple[CurvedMesh, np.ndarray]:
+    """The smooth surface of a mesh, split and folded, and its triangles that come of ``chosen``.
+
+    Raises
+    ------
+    MeshError
+        See `curved_mesh`; an inlet of one element across.
+    """
+    maps = fold.maps if isinstance(fold, Folding) else (fold,) if fold is not None else ()
+    for rigidly in maps[:-1]:  # those of a pattern place it first
+        facets = moved(facets, rigidly)
+    mesh = curved_mesh(facets, split=split, **smoothing)
     chosen = split_members(chosen, split)
     if chosen.size:
         check_across(mesh.facets, chosen)
-    return assembled(folded(mesh, fold), chosen, density)
+    return (folded(mesh, maps[-1]) if maps else mesh), chosen
 
 
-def folded(mesh: CurvedMesh, fold: Callable[[np.ndarray], np.ndarray] | None) -> CurvedMesh:
-    """The mesh folded by a map of its points, and itself as the unfolded reference."""
-    if fold is None:
-        return mesh
+def folded(mesh: CurvedMesh, fold: Map) -> CurvedMesh:
+    """The mesh folded by a map of its points; what it was is its unfolded state, if it has none."""
     xi, eta, _ = lattice("triangle", mesh.degree)
     table = functions("triangle", mesh.degree, xi, eta)
     at = (table @ mesh.control).reshape(-1, 3)
     control = np.linalg.solve(table, np.asarray(fold(at)).reshape(mesh.control.shape))
-    points = np.asarray(fold(mesh.facets.points))
-    facets = replace(mesh.facets, points=points, reference=mesh.facets.points)
-    done = replace(mesh, facets=facets, control=control, flat=mesh.control)
+    points, given = np.asarray(fold(mesh.facets.points)), mesh.facets.reference
+    reference = mesh.facets.points if given is None else given
+    flat = mesh.control if mesh.flat is None else mesh.flat
+    facets = replace(mesh.facets, points=points, reference=reference)
+    done = replace(mesh, facets=facets, control=control, flat=flat)
     note = f"folded: volume {mesh.volume:.5g} before, {done.volume:.5g} after"
     return replace(done, facets=replace(facets, notes=(*facets.notes, note)))
 
@@ -189,7 +221,7 @@ def assembled(mesh: CurvedMesh, chosen: np.ndarray, density: int) -> MeshBag:
         rim=rim,
         narrowest=narrowest,
         faces=faces,
-        warnings=_warnings(faces),
+        warnings=(*mesh_warnings(mesh.facets), *_warnings(faces)),
     )
 
 

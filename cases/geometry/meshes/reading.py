@@ -68,7 +68,9 @@ def read_facets(path: str | os.PathLike[str]) -> FacetMesh:
         # deep or huge files fail in many ways, and none may pass as anything but a word on the file
         mesh = faceted(import_module(f"cases.geometry.meshes.formats.{reader}").read(data))
     except MeshError as error:
-        raise MeshError(f"{path.name}: {error}") from None
+        # words of a damaged file may hold anything
+        told = "".join(c if c.isprintable() else "?" for c in str(error))
+        raise MeshError(f"{path.name}: {told}") from None
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise MeshError(

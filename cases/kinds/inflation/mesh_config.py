@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...geometry.meshes.placing import UNITS
 from ...input_file import InputFile
 from ...limits import rule
 
-UNITS = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 NO_FILE = InputFile()
 
 

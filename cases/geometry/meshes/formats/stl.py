@@ -27,7 +27,7 @@ _CORNERS = np.array([8, 9, 10, 12, 13, 14, 16, 17, 18])
 def read(data: bytes) -> CellMesh:
     """Points (3 m, 3) in the order of the corners."""
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEAD else -1
-    if len(data) == _HEAD + _RECORD.itemsize * count:
+    if count >= 0 and len(data) == _HEAD + _RECORD.itemsize * count:
         return _binary(data, count)
     if data.lstrip()[:5].lower() == b"solid" and b"\0" not in data:
         return _text(data)

@@ -14,7 +14,8 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from ..facet_mesh import FacetMesh, MeshError
-from .loops import length, place, rim_loops, told
+from ..findings import Hole, place
+from .loops import rims, told
 from .selection import HOLE, numbers_of
 
 CLEAR = 0.65  # rim edges that inner points keep from the rim
@@ -42,8 +43,8 @@ def capped(facets: FacetMesh, inlet: Any) -> tuple[FacetMesh, np.ndarray]:
     MeshError
         No hole, several without a point to choose by, or one that no plane fill closes.
     """
-    loops = rim_loops(facets.points, facets.triangles)
-    loop = _chosen(facets.points, loops, inlet)
+    hole = _chosen(facets.points, rims(facets.points, facets.triangles), inlet)
+    loop = hole.loop
     inner, fill = _fill(facets.points[loop])
     n, m = len(facets.points), len(facets.triangles)
     number = np.concatenate([loop, n + np.arange(len(inner))])
@@ -51,10 +52,7 @@ def capped(facets: FacetMesh, inlet: Any) -> tuple[FacetMesh, np.ndarray]:
     new = np.arange(m, m + len(added))
     points = np.concatenate([facets.points, inner])
     triangles = np.concatenate([facets.triangles, added])
-    note = (
-        f"inlet: a hole of {loop.size} edges, length {length(facets.points[loop]):.4g}, at "
-        f"{place(facets.points[loop].mean(axis=0))} was capped by {len(added)} triangles"
-    )
+    note = f"inlet: a hole ({told([hole])}) was capped by {len(added)} triangles"
     return FacetMesh(
         points,
         triangles,
@@ -65,7 +63,7 @@ def capped(facets: FacetMesh, inlet: Any) -> tuple[FacetMesh, np.ndarray]:
     ), new
 
 
-def _chosen(points: np.ndarray, loops: list[np.ndarray], inlet: Any) -> np.ndarray:
+def _chosen(points: np.ndarray, loops: list[Hole], inlet: Any) -> Hole:
     if not loops:
         raise MeshError(
             'inlet = "hole": the mesh is closed; choose the inlet\'s triangles by a group, '
@@ -74,12 +72,12 @@ def _chosen(points: np.ndarray, loops: list[np.ndarray], inlet: Any) -> np.ndarr
     if isinstance(inlet, str):
         if len(loops) > 1:
             raise MeshError(
-                f'inlet = "hole": the mesh has {len(loops)} holes ({told(points, loops)}); name '
+                f'inlet = "hole": the mesh has {len(loops)} holes ({told(loops)}); name '
                 "one by a point near it, { hole = [x, y, z] }, and close the others in the file"
             )
         return loops[0]
     at = numbers_of(inlet[HOLE], (3,), f"inlet.{HOLE}")
-    return min(loops, key=lambda loop: np.linalg.norm(points[loop] - at, axis=1).min())
+    return min(loops, key=lambda hole: np.linalg.norm(points[hole.loop] - at, axis=1).min())
 
 
 def _fill(rim: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -89,7 +87,7 @@ def _fill(rim: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if _signed_area((rim - centre) @ axes[:2].T) > 0.0:  # the cap runs the rim backwards
         axes[1] *= -1.0
     plane = (rim - centre) @ axes[:2].T
-    spacing = length(plane) / len(rim)
+    spacing = float(np.linalg.norm(np.roll(plane, -1, axis=0) - plane, axis=1).mean())
     at = np.concatenate([plane, _inside(plane, spacing)])
     try:
         triangles = Delaunay(at).simplices

@@ -9,7 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from shells.surfaces.triangles.edge_graph import edge_graph
 
 from ..facet_mesh import FacetMesh, MeshError
-from .loops import place, rim_loops, told
+from ..findings import place
+from .loops import rims, told
 
 
 def check_closed(facets: FacetMesh, *, capped: bool = False) -> None:
@@ -20,14 +21,14 @@ def check_closed(facets: FacetMesh, *, capped: bool = False) -> None:
     MeshError
         Holes, with length and centre of each, or several components, with the size of each.
     """
-    loops = rim_loops(facets.points, facets.triangles)
+    loops = rims(facets.points, facets.triangles)
     if loops:
         other = "other " if capped else ""
         remedy = "close them in the file" if capped else 'take one as inlet = "hole"'
         one = "another hole" if capped else "a hole"
         what = one if len(loops) == 1 else f"{len(loops)} {other}holes"
         raise MeshError(
-            f"the mesh has {what} ({told(facets.points, loops)}): {remedy}; only a structure "
+            f"the mesh has {what} ({told(loops)}): {remedy}; only a structure "
             "without flow may be open"
         )
     parts = pieces(facets.triangles)
@@ -56,10 +57,10 @@ def check_patch(facets: FacetMesh, chosen: np.ndarray) -> None:
         raise MeshError(
             f"inlet: the chosen triangles are {len(parts)} separate patches ({found}): choose one"
         )
-    loops = rim_loops(facets.points, facets.triangles[chosen])
+    loops = rims(facets.points, facets.triangles[chosen])
     if len(loops) != 1:
         raise MeshError(
-            f"inlet: the patch has {len(loops)} rims ({told(facets.points, loops)}), must have "
+            f"inlet: the patch has {len(loops)} rims ({told(loops)}), must have "
             "one: it surrounds other triangles; add them to it or choose a smaller one"
         )
     left = pieces(facets.triangles[rest])
@@ -77,7 +78,7 @@ def check_across(facets: FacetMesh, chosen: np.ndarray) -> None:
         All vertices are on the rim.
     """
     patch = facets.triangles[chosen]
-    on_rim = rim_loops(facets.points, patch)[0]
+    on_rim = rims(facets.points, patch)[0].loop
     if on_rim.size == np.unique(patch).size:
         raise MeshError(
             f"inlet: the patch of {chosen.size} triangle(s) at "

@@ -40,7 +40,7 @@ def with_inlet(
         chosen, notes = inlet_triangles(facets, inlet)
         facets = replace(facets, notes=(*facets.notes, *notes))
     if rest is not None:
-        facets, chosen = _kept(facets, chosen, [rest] if isinstance(rest, str) else rest)
+        facets, chosen = only(facets, rest, chosen)
     if hole:
         facets, chosen = capped(facets, inlet)
     check_closed(facets, capped=hole)
@@ -72,17 +72,18 @@ def restricted(facets: FacetMesh, kept: np.ndarray) -> tuple[FacetMesh, np.ndarr
     ), used
 
 
-def _kept(
-    facets: FacetMesh, chosen: np.ndarray, rest: Sequence[str]
+def only(
+    facets: FacetMesh, rest: str | Sequence[str], chosen: np.ndarray
 ) -> tuple[FacetMesh, np.ndarray]:
-    """Groups of the membrane and the inlet alone; what is left out is noted."""
-    found = [group_triangles(facets, name, "rest") for name in rest]
+    """Groups of the membrane and the inlet's triangles alone; what is left out is noted."""
+    names = [rest] if isinstance(rest, str) else rest
+    found = [group_triangles(facets, name, "rest") for name in names]
     kept = np.unique(np.concatenate([chosen, *(members for members, _ in found)])).astype(int)
     notes = tuple(note for _, more in found for note in more)
     gone = np.setdiff1d(np.arange(len(facets.triangles)), kept)
     if gone.size:
-        names = [name for name, k in facets.groups.items() if np.isin(k, gone).any()]
-        of = f" of {', '.join(map(repr, names))}" if names else ""
+        groups = [name for name, k in facets.groups.items() if np.isin(k, gone).any()]
+        of = f" of {', '.join(map(repr, groups))}" if groups else ""
         notes += (f"left out {gone.size} triangle(s){of}",)
     mesh, _ = restricted(replace(facets, notes=(*facets.notes, *notes)), kept)
     return mesh, np.searchsorted(kept, chosen)

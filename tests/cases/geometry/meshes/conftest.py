@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -31,6 +32,7 @@ def icosphere(splits: int) -> FacetMesh:
     return FacetMesh(points, triangles)
 
 
+@cache
 def raw_sphere(n: int, seed: int = 0) -> FacetMesh:
     """Delaunay triangulation of n points that repel each other, 2 n - 4 triangles."""
     rng = np.random.default_rng(seed)

@@ -1,7 +1,8 @@
-"""What is smooth at the vertices: normals at the corners of triangles, tangents of sharp curves.
+"""What is smooth at the vertices: normals at the corners of triangles, tangents of their curves.
 
-A curve's tangent is that of the circle through a vertex and its two neighbours, or of the straight
-line that ends there.
+Curves are sharp edges, and edges along which flat regions go over into bent ones: normals alone
+would leave the outline of a round sheet a polygon. A tangent is that of the circle through a
+vertex and its two neighbours, or of the straight line that ends there.
 """
 
 from __future__ import annotations
@@ -26,15 +27,18 @@ class VertexFrames:
     ----------
     sharp : (n_edges,) bool array
         Creases, and edges with one triangle.
+    curved : (n_edges,) bool array
+        Those, and the outlines of flat regions.
     normals : (m, 3, 3) array
         Unit normal at each corner of each triangle, that of its fan.
     tangents : (n, 3) array
-        Unit tangent of the sharp curve through a vertex; zero where none runs through smoothly.
+        Unit tangent of the curve through a vertex; zero where none runs through smoothly.
     n_sharp : (n,) int array
         Sharp edges at each vertex.
     """
 
     sharp: np.ndarray
+    curved: np.ndarray
     normals: np.ndarray
     tangents: np.ndarray
     n_sharp: np.ndarray
@@ -62,17 +66,21 @@ def vertex_frames(
     """Normals of fans and tangents of sharp curves; ``crease`` in radians."""
     angle = turns(points, triangles, graph)
     sharp = angle > crease + SAME_ANGLE
-    ends = graph.vertices[sharp]
-    n_sharp = np.bincount(ends.ravel(), minlength=len(points))
-    tangents = _tangents(points, ends, n_sharp, crease)
+    flat = _flat(triangles, graph, angle)
+    outline = (flat[graph.triangles[:, 0]] != flat[graph.triangles[:, 1]]) & (angle > FLAT)
+    curved = sharp | outline
+    n_sharp, n_curved = (
+        np.bincount(graph.vertices[kind].ravel(), minlength=len(points)) for kind in (sharp, curved)
+    )
+    tangents = _tangents(points, graph.vertices[curved], n_curved, crease)
     fans = fans_between(triangles, graph, sharp)
-    normals, level = fan_normals(points, triangles, fans, _flat(triangles, graph, angle))
+    normals, level = fan_normals(points, triangles, fans, flat)
     along = np.zeros_like(normals)
     along[fans.of_corner] = tangents[triangles]
     steer = fans.open & ~level & along.any(axis=1)
     normals = steered(points, triangles, graph, fans, normals, along, steer)
     normals = unit(normals - np.sum(normals * along, axis=1, keepdims=True) * along)
-    return VertexFrames(sharp, normals[fans.of_corner], tangents, n_sharp)
+    return VertexFrames(sharp, curved, normals[fans.of_corner], tangents, n_sharp)
 
 
 def _flat(triangles: np.ndarray, graph: EdgeGraph, angle: np.ndarray) -> np.ndarray:
@@ -85,13 +93,11 @@ def _flat(triangles: np.ndarray, graph: EdgeGraph, angle: np.ndarray) -> np.ndar
     return ~bent[triangles].all(axis=1)
 
 
-def _tangents(
-    points: np.ndarray, ends: np.ndarray, n_sharp: np.ndarray, crease: float
-) -> np.ndarray:
-    """Tangents where exactly two sharp edges meet and turn by no more than a crease."""
+def _tangents(points: np.ndarray, ends: np.ndarray, count: np.ndarray, crease: float) -> np.ndarray:
+    """Tangents where exactly two edges of a curve meet and turn by no more than a crease."""
     vertex, other = ends.ravel(), ends[:, ::-1].ravel()
     order = np.argsort(vertex, kind="stable")
-    order = order[n_sharp[vertex[order]] == 2]
+    order = order[count[vertex[order]] == 2]
     v, pair = vertex[order[::2]], other[order].reshape(-1, 2)
     back, on = (points[v] - points[pair[:, 0]]), (points[pair[:, 1]] - points[v])
     turn = _angle(back, on)

@@ -17,7 +17,7 @@ import numpy as np
 from shells.surfaces.local_elements import functions, lattice
 from shells.surfaces.triangles.edge_graph import EdgeGraph, edge_graph
 
-from .facet_mesh import MeshError
+from ..facet_mesh import MeshError
 from .fans import unit
 from .vertex_normals import VertexFrames, vertex_frames
 
@@ -119,9 +119,11 @@ def _rounded(
     across = np.sum(d * normals, axis=2, keepdims=True) * normals
     t = frames.tangents[graph.vertices]
     along = np.sum(d * t, axis=2, keepdims=True) * t
-    sharp = np.broadcast_to(frames.sharp[:, None], d.shape[:2])
+    sharp, curved = (
+        np.broadcast_to(kind[:, None], d.shape[:2]) for kind in (frames.sharp, frames.curved)
+    )
     # a crease that ends at a vertex does so in its tangent plane; one that turns there is straight
-    on_curve = sharp & (np.abs(t).sum(axis=2) > 0.0)
+    on_curve = curved & (np.abs(t).sum(axis=2) > 0.0)
     corner = sharp & ~on_curve & (frames.n_sharp[graph.vertices] > 1)
     tangent = np.where(on_curve[..., None], along, np.where(corner[..., None], d, d - across))
     length, reach = np.linalg.norm(d, axis=2), np.linalg.norm(tangent, axis=2)

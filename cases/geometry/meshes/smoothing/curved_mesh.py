@@ -11,7 +11,7 @@ import numpy as np
 from shells.surfaces.local_elements import functions, lattice, rule
 from shells.surfaces.triangles.edge_graph import edge_graph
 
-from .facet_mesh import FacetMesh, MeshError
+from ..facet_mesh import FacetMesh, MeshError
 from .smooth import CORNERS, SECOND_CORNERS, control_points
 
 CHILDREN = np.array(  # corners of the four triangles in local xi, eta of the one that is split
