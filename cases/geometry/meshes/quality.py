@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .curved_mesh import CurvedMesh, enclosed_volume, triangle_areas
 from .facet_mesh import FacetMesh
 from .findings import SLIVER, place, quality
 from .mending.topology import edges_of
 from .narrowest import facing_distances
+from .smoothing.curved_mesh import CurvedMesh, enclosed_volume, triangle_areas
 
 MEASURED = 0.01  # thinness down to which the fluid was measured, on disc bags of 18 x 8 elements
 FLAT = 1e-5  # distance of the sheets over the extent below which they coincide

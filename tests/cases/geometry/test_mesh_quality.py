@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.geometry.meshes.curved_mesh import curved_mesh
 from cases.geometry.meshes.facet_mesh import FacetMesh
 from cases.geometry.meshes.opening import double_sheet, opened
 from cases.geometry.meshes.quality import findings
+from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 
 
 def box(n: int, height: float) -> FacetMesh:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cases.geometry.meshes.curved_mesh import curved_mesh
 from cases.geometry.meshes.facet_mesh import FacetMesh
 from cases.geometry.meshes.opening import opened
 from cases.geometry.meshes.pattern import pattern_folding
 from cases.geometry.meshes.reading import read_facets
 from cases.geometry.meshes.repair import repaired
+from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 from cases.scenes.meshes import round_bag
 from cases.scenes.meshes.make import FILES, FOLDER
 from cases.scenes.meshes.triangulation import smallest_angles

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
+from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 from cases.geometry.meshes.smoothing.smooth import control_points
 from shells.surfaces.local_elements import functions, lattice
 
