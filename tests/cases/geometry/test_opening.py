@@ -245,11 +245,11 @@ def test_what_cannot_be_opened():
     with pytest.raises(MeshError, match=r"use at most 0\.25"):
         opened(bag, 0.3)
     bent = bag.points + [[0, 0, 0.1]] * (bag.points[:, :1] > 0.4)
-    with pytest.raises(MeshError, match=r"lie on each other: the mesh is 0\.08 thick over 1"):
+    with pytest.raises(MeshError, match=r"lie on each other: the mesh is 0\.079 thick over 1"):
         opened(replace(bag, points=bent), 0.02)
-    with pytest.raises(MeshError, match=r"the unfolded reference is 0\.08 thick"):
+    with pytest.raises(MeshError, match=r"the unfolded reference is 0\.079 thick"):
         opened(replace(bag, reference=bent), 0.2)
-    with pytest.raises(MeshError, match=r"sheets do not coincide: the mesh is 0\.08 thick over 1"):
+    with pytest.raises(MeshError, match=r"sheets do not coincide: the mesh is 0\.079 thick over 1"):
         split_chords(replace(bag, points=bent))
     with pytest.raises(MeshError, match="only a single flat sheet"):
         double_sheet(bag)
