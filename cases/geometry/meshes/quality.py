@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .facet_mesh import FacetMesh
+from .facet_mesh import FacetMesh, MeshError
 from .findings import SLIVER, place, quality
 from .mending.topology import edges_of
 from .narrowest import facing_distances
@@ -73,6 +73,36 @@ def findings(mesh: CurvedMesh | FacetMesh) -> list[MeshFinding]:
     return [*found, *_sheets(control, degree, beside)]
 
 
+def refuse_coincident(facets: FacetMesh) -> None:
+    """Refuse a closed mesh without room between its sheets.
+
+    Raises
+    ------
+    MeshError
+        With the remedy.
+    """
+    if np.any(edges_of(facets.triangles).counts == 1):
+        return
+    control = facets.points[facets.triangles]
+    if told := _coincident(*_volume_and_area(control, 1)):
+        raise MeshError(told)
+
+
+def _volume_and_area(control: np.ndarray, degree: int) -> tuple[float, float]:
+    return abs(enclosed_volume(control, degree)), float(triangle_areas(control, degree).sum())
+
+
+def _coincident(volume: float, area: float) -> str:
+    """What to do about sheets without room between them; empty where there is some."""
+    extent = float(np.sqrt(area / (2.0 * np.pi)))
+    if 2.0 * volume > FLAT * extent * area:
+        return ""
+    return (
+        f"sheets coincide: volume {volume:.2g} in an area of {area:.3g}; set geometry.opening "
+        f"to half the distance that they get, about {2.0 * MEASURED * extent:.2g}"
+    )
+
+
 def _triangles(facets: FacetMesh) -> list[MeshFinding]:
     """Angles and edges."""
     found = quality(facets.points, facets.triangles)
@@ -112,16 +142,11 @@ def _sheets(control: np.ndarray, degree: int, beside: np.ndarray) -> list[MeshFi
 
     Triangles ``beside (m,)`` a seam are thin by nature and not counted.
     """
-    area = float(triangle_areas(control, degree).sum())
-    volume = abs(enclosed_volume(control, degree))
+    volume, area = _volume_and_area(control, degree)
+    if told := _coincident(volume, area):
+        return [MeshFinding(told, True)]
     gap, extent = 2.0 * volume / area, np.sqrt(area / (2.0 * np.pi))
     thinness = 0.5 * gap / extent
-    if gap <= FLAT * extent:
-        text = (
-            f"sheets coincide: volume {volume:.2g} in an area of {area:.3g}; set geometry.opening "
-            f"to half the distance that they get, about {2.0 * MEASURED * extent:.2g}"
-        )
-        return [MeshFinding(text, True)]
     places, across = facing_distances(control, degree, gap)
     each = across.size // control.shape[0]
     weights = np.repeat(triangle_areas(control, degree), each) / (each * area)

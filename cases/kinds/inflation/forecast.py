@@ -22,7 +22,7 @@ from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
 from .initial_bag import nature
-from .mesh_forecast import drawn, users_mesh
+from .mesh_forecast import drawn, told, users_mesh
 from .plan import COARSER, InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
@@ -67,7 +67,7 @@ def forecast(scene: InflationScene) -> Forecast:
         more, cautions = _fluid(plan)
         items += more
         warnings += cautions
-    return Forecast(tuple(items), tuple(warnings), drawn(plan), plan.bag.notes)
+    return Forecast(tuple(items), tuple(warnings), drawn(plan), told(plan))
 
 
 def _inlet_area(plan: InflationPlan) -> float:
