@@ -45,18 +45,17 @@ class Inspection:
     faced: float
     crosses: bool
 
-    def warnings(self) -> list[str]:
-        """Rules that are broken, with the remedy."""
+    def warnings(self, finer: str) -> list[str]:
+        """Rules that are broken, with the remedy; ``finer`` says how a mesh is refined."""
         found = []
         if self.crosses:
             found.append(
-                "the folded bag crosses itself: refine the mesh (mesh.around) or lower geometry.gap"
+                f"the folded bag crosses itself: {finer}, or give its sheets less distance"
             )
         if self.per_radius < 0.75 * ELEMENTS_PER_RADIUS:
             found.append(
                 f"{self.per_radius:.2g} elements a fold radius: below 1 the fold is a polygon, "
-                f"and strains need 2 (3 % error); raise mesh.around by "
-                f"{2.0 / self.per_radius:.2g}"
+                f"and strains need 2 (3 % error): {finer} by {2.0 / self.per_radius:.2g}"
             )
         if self.faced < np.inf:
             found.append(

@@ -24,6 +24,7 @@ from shells.surfaces.triangles.triangle_basis import TriangleBasis
 from ...kinds.load_path.published import SHEAR_TABLE
 from ..report import Row, best
 from ..shells.roof import CONVERGED
+from ..shells.roof import roof as spline_roof
 from ..shells.speed import panel
 from .raw import interpolated, rectangle, sphere
 
@@ -31,10 +32,13 @@ ROOFS = (6, 12, 20)  # points of a side: 94, 334 and 878 triangles
 BALLS = (50, 100, 200, 400)  # vertices: 96 to 796 triangles
 
 
-def roof(n: int, degree: int, seed: int = 0) -> tuple[int, float]:
-    """Scordelis-Lo roof on a raw mesh: triangles, deflection of the free edge's middle."""
-    R, L, phi, thickness = 25.0, 50.0, np.deg2rad(40.0), 0.25
-    points, triangles = rectangle(n, size=(2.0 * phi * R, L), seed=seed)
+def roof(n: int, degree: int, thickness: float = 0.25) -> tuple[int, float]:
+    """Scordelis-Lo roof on a raw mesh: triangles, deflection of the free edge's middle.
+
+    The load is that of `cases.benchmarks.shells.roof`, with the thickness squared.
+    """
+    R, L, phi = 25.0, 50.0, np.deg2rad(40.0)
+    points, triangles = rectangle(n, size=(2.0 * phi * R, L))
 
     def bent(x: np.ndarray) -> np.ndarray:
         a = x[..., 0] / R - phi
@@ -46,7 +50,8 @@ def roof(n: int, degree: int, seed: int = 0) -> tuple[int, float]:
     shell = TriangleShell(basis, Material(thickness**2 / 12.0))
     ends = rim_edges(surface, c, lambda x: np.minimum(x[..., 1], L - x[..., 1]) < 1e-9)
     E = supported(surface, hold_edges(surface, ends, (0, 2)), pin(surface, 0, (1,)))
-    load = LinearForm(lambda v, w: -5.0 / 6.0 * 1e-6 * v[2]).assemble(basis)
+    size = 5.0 / 6.0 * 1e-6 * (thickness / 0.25) ** 2
+    load = LinearForm(lambda v, w: -size * v[2]).assemble(basis)
     K = shell.gradient_and_tangent(c)[1]
     u = (E @ spsolve((E.T @ K @ E).tocsc(), E.T @ load)).reshape(-1, 3)
     middle = np.argmin(np.abs(points - [2.0 * phi * R, 0.5 * L]).sum(axis=1))
@@ -153,6 +158,29 @@ def roof_rows(quick: bool) -> list[Row]:
                     "degree": degree,
                     "triangles": triangles,
                     "deflection": f"{value:.7f}",
+                }
+            )
+    return rows
+
+
+def locking_rows(quick: bool) -> list[Row]:
+    """The roof at falling thickness, cubic."""
+    rows: list[Row] = []
+    splines = 24 if quick else 48
+    for thickness in (0.025,) if quick else (0.025, 0.0025):
+        exact, _ = spline_roof(splines, 5, thickness=thickness)
+        for n in ROOFS[:2] if quick else ROOFS:
+            start = time.perf_counter()
+            triangles, value = roof(n, 3, thickness)
+            rows.append(
+                {
+                    "case": f"thin roof, h={thickness:g}, {triangles} triangles",
+                    "seconds": time.perf_counter() - start,
+                    "error": abs(value / exact - 1.0),
+                    "reference": f"p=5 on {splines}^2",
+                    "triangles": triangles,
+                    "thickness/radius": thickness / 25.0,
+                    "deflection/reference": value / exact,
                 }
             )
     return rows

@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator
 
 from ..report import Row
 from .plates import plate, plate_rows
-from .shells import mode_rows, roof_rows, shear_rows, speed_rows, sphere_rows
+from .shells import locking_rows, mode_rows, roof_rows, shear_rows, speed_rows, sphere_rows
 
 SHELLS: tuple[Callable[[bool], list[Row]], ...] = (
     plate_rows,
     roof_rows,
+    locking_rows,
     shear_rows,
     sphere_rows,
     mode_rows,

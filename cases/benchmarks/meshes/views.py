@@ -26,6 +26,11 @@ VIEWS = {
             "seconds": "{seconds:.2g}",
         },
     ),
+    "locking": View(
+        r"thin roof, h=[\d.]+, \d+ triangles",
+        {"h/R": "{thickness/radius:g}"},
+        ("{triangles} triangles", "{deflection/reference:.4f}"),
+    ),
     "rotations": View(
         r"end shear, degree (?P<p>\d), \d+ triangles",
         {

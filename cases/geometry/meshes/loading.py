@@ -12,6 +12,7 @@ from .facet_mesh import FacetMesh, MeshError
 from .findings import quality
 from .opening import opened
 from .placing import UNITS, scaled
+from .quality import refuse_coincident
 from .reading import read_facets
 from .repair import repaired
 
@@ -61,7 +62,10 @@ def loaded(
         facets = _unfolding(facets, unfolded, Path(reference).name)
     facets = repaired(facets, weld=weld, component=component)
     facets = replace(facets, notes=(*facets.notes, _extents(facets, unit, length)))
-    return opened(facets, opening) if opening else facets
+    if opening:
+        return opened(facets, opening)
+    refuse_coincident(facets)
+    return facets
 
 
 def _factor(unit: str, length: float) -> float:

@@ -17,7 +17,12 @@ WEIGHT = 2.0  # of normals: a place itself is as far as four gaps
 
 
 def narrowest_gap(control: np.ndarray, degree: int, gap: float) -> float:
-    """Smallest distance between facing places of Bezier triangles, inside and outside.
+    """Smallest distance between facing places of Bezier triangles, see `facing_distances`."""
+    return float(facing_distances(control, degree, gap)[1].min(initial=np.inf))
+
+
+def facing_distances(control: np.ndarray, degree: int, gap: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distance from places of Bezier triangles to what faces them, inside and outside.
 
     Parameters
     ----------
@@ -28,8 +33,10 @@ def narrowest_gap(control: np.ndarray, degree: int, gap: float) -> float:
 
     Returns
     -------
-    float
-        Infinite where nothing faces anything.
+    places : (k m, 3) array
+        k of each triangle, one triangle after the other.
+    distances : (k m,) array
+        Infinite where nothing faces a place.
     """
     xi, eta, _ = rule("triangle", 2)
     x, s, t = (
@@ -46,4 +53,4 @@ def narrowest_gap(control: np.ndarray, degree: int, gap: float) -> float:
     across = np.abs(np.einsum("ijc,ic->ij", way, normals))
     facing = np.einsum("ijc,ic->ij", normals[near], normals) < OPPOSITE
     facing &= across > AHEAD * np.linalg.norm(way, axis=2)
-    return float(across[facing].min(initial=np.inf))
+    return x, np.where(facing, across, np.inf).min(axis=1)

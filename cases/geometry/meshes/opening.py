@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_matrix
 
-from .chords import split_chords
 from .facet_mesh import FacetMesh, MeshError
+from .flat.chords import split_chords
 from .flat.drawn import drawn_in
 from .flat.plane import fitted_plane
-from .flat.sheets import FLAT, Sheets, told_apart
+from .flat.sheets import FLAT, Sheets, told_apart, unfolded
 
 RIM = 2.0  # width of the opened rim, in h
 BLOCK = 2_000_000  # pairs of a point and a seam edge at a time
@@ -31,8 +31,8 @@ def opened(
     Parameters
     ----------
     facets : FacetMesh
-        Sheets without thickness that share the points of their seam; with a reference they may
-        be folded, with layers apart.
+        Sheets without thickness that share the points of their seam; with a flat reference they
+        may be folded, with layers apart. Sheets less than 2 h apart are laid together first.
     h : float
         Half the distance that the sheets are given, in the mesh's unit.
     seam : (k, 2) int array, optional
@@ -50,12 +50,12 @@ def opened(
     Raises
     ------
     MeshError
-        A single sheet, a mesh that is not flat, or an opening that is not positive or leaves
-        no sheet between its rims.
+        A single sheet, a mesh that is not flat, or an opening that is not positive or leaves no
+        sheet between its rims.
     """
     if not (np.isfinite(h) and h > 0.0):
         raise MeshError(f"opening = {h:g}: half the distance given to two sheets is positive")
-    facets = split_chords(facets)
+    facets = split_chords(_laid_together(facets, h))
     sheets = told_apart(facets)
     if not sheets.seam.size:
         raise MeshError(
@@ -89,6 +89,23 @@ def opened(
             middles = middles + moves[ends].mean(axis=2)
     lifted = replace(facets, points=points, middles=middles, reference=flat)
     return replace(lifted, notes=(*facets.notes, _note(facets, lifted, h)))
+
+
+def _laid_together(facets: FacetMesh, h: float) -> FacetMesh:
+    """Flat points, where sheets lie apart by less than they will."""
+    plane = fitted_plane(unfolded(facets))
+    if plane.thickness <= FLAT * plane.size:
+        return facets
+    if facets.reference is not None or facets.middles is not None or plane.thickness > 2.0 * h:
+        what = "mesh" if facets.reference is None else "unfolded reference"
+        raise MeshError(
+            f"opening = {h:g} is for sheets that lie on each other: the {what} is "
+            f"{plane.thickness:.3g} thick over {plane.size:.3g}; drop the opening, or give a flat "
+            "reference"
+        )
+    off = plane.coordinates(facets.points)[:, 2:] * plane.axes[2]
+    note = f"sheets up to {plane.thickness:.3g} apart laid into one plane, to be opened evenly"
+    return replace(facets, points=facets.points - off, notes=(*facets.notes, note))
 
 
 def double_sheet(facets: FacetMesh) -> FacetMesh:

@@ -10,7 +10,7 @@ from pathlib import Path
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
 from cases.geometry.meshes.faceting import faceted
 
-MOST_BYTES = 1 << 29
+MOST_BYTES = 1 << 28
 # ending: name of the format, module of its reader
 FORMATS = {
     ".stl": ("STL", "stl"),
@@ -68,7 +68,10 @@ def read_facets(path: str | os.PathLike[str]) -> FacetMesh:
         # deep or huge files fail in many ways, and none may pass as anything but a word on the file
         mesh = faceted(import_module(f"cases.geometry.meshes.formats.{reader}").read(data))
     except MeshError as error:
-        raise MeshError(f"{path.name}: {error}") from None
+        # words of a damaged file may hold anything
+        told = "".join(c if c.isprintable() else "?" for c in str(error))
+        remedy = "" if ";" in told else "; mend it there or export it again"
+        raise MeshError(f"{path.name}: {told}{remedy}") from None
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise MeshError(
@@ -98,7 +101,7 @@ def _bytes(path: Path) -> bytes:
         if size > MOST_BYTES:
             raise MeshError(
                 f"{path.name}: {size / 2**20:.0f} MiB, {MOST_BYTES >> 20} at most; decimate it in "
-                "a mesh tool"
+                "a mesh tool, or save it as binary"
             )
         data = path.read_bytes()
     except OSError as error:

@@ -106,15 +106,39 @@ def _part_touching(mesh: Mending) -> None:
 def _orient(mesh: Mending) -> None:
     triangles = mesh.mesh.triangles
     edges = edges_of(triangles)
-    turned = turns(mesh.mesh.points, triangles, edges, sheets(triangles, edges)[1])
-    if not np.any(turned):
-        return
-    triangles = np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
+    number, parts = sheets(triangles, edges)
+    turned, flat = turns(mesh.mesh.points, triangles, edges, parts)
+    closed = np.ones(number, bool)
+    closed[parts[np.any(edges.counts[edges.of] == 1, axis=1)]] = False
+    if np.any(flat & closed):
+        mesh.notes.append(
+            f"{np.sum(flat & closed)} closed surfaces of no volume: flat, outwards is as most of "
+            "their triangles have it; an opening gives them room"
+        )
     middles = mesh.mesh.middles
-    if middles is not None:
-        middles = np.where(turned[:, None, None], middles[:, ::-1], middles)
+    if np.any(turned):
+        triangles = np.where(turned[:, None], triangles[:, [0, 2, 1]], triangles)
+        if middles is not None:
+            middles = np.where(turned[:, None, None], middles[:, ::-1], middles)
+        mesh.notes.append(f"{np.sum(turned)} of {len(turned)} triangles turned")
     mesh.mesh = replace(mesh.mesh, triangles=triangles, middles=middles)
-    mesh.notes.append(f"{np.sum(turned)} of {len(turned)} triangles turned")
+    if middles is not None:
+        _agree(mesh, middles)
+
+
+def _agree(mesh: Mending, middles: np.ndarray) -> None:
+    """Neighbours have one middle of their edge: the mean of theirs."""
+    first, second = edges_of(mesh.mesh.triangles).pairs()
+    own = middles.reshape(-1, 3).copy()
+    apart = np.linalg.norm(own[first] - own[second], axis=1)
+    own[first] = own[second] = (own[first] + own[second]) / 2
+    mesh.mesh = replace(mesh.mesh, middles=own.reshape(-1, 3, 3))
+    if len(apart) and apart.max() > 10 * mesh.distance:
+        worst = place(own[first[np.argmax(apart)]])
+        mesh.notes.append(
+            f"warning: middles of {np.sum(apart > 10 * mesh.distance)} edges differ between their "
+            f"triangles, by {apart.max():.3g} at {worst}; their means are taken"
+        )
 
 
 def _keep(mesh: Mending, component: str) -> None:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from coupling.contact.contact_numbers import REACH, STIFFNESS, ContactNumbers, choose_contact
 
 from ...geometry.bag import Bag
@@ -75,10 +77,11 @@ def opening_pressure(scene: InflationScene, body: Bag) -> float:
     if not turned:
         return FLAT * scene.structure.stiffness / body.extent
     rise = abs(scene.inflow.final_volume - 1.0) * body.exact_volume
-    work = scene.structure.flexural_rigidity * turned * width_of(scene)
+    work = scene.structure.flexural_rigidity * turned * width_of(scene, body)
     return MARGIN * work / max(rise, 0.1 * body.exact_volume)
 
 
-def width_of(scene: InflationScene) -> float:
-    """Length of the folds: the width of the bag."""
-    return float(getattr(scene.geometry, "width", 1.0))
+def width_of(scene: InflationScene, bag: Bag) -> float:
+    """Length of the folds: the width of the flat bag, which lies along x."""
+    width = getattr(scene.geometry, "width", None)
+    return float(np.ptp(bag.cut[:, 1]) if width is None else width)

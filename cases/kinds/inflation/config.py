@@ -111,7 +111,8 @@ class BagStructure:
     ``law = "tension-field"`` lets the membrane wrinkle without resistance, but for the share
     ``compression_share`` of its stiffness; only then may the rigidity be below 1e-14, or 0.
     ``seam = "hinged"``: no bending in the elements along the rim of a pillow, where its sheets
-    are sewn together; ``"continuous"`` bends about the rim as the flat bag is bent there.
+    are sewn together; ``"continuous"`` bends about the rim as the flat bag is bent there. In a
+    mesh its sharp edges (``geometry.crease``) are the seams.
     """
 
     stiffness: float = rule(1.0, **RATIO)
@@ -124,7 +125,7 @@ class BagStructure:
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
     reference: str = rule("auto", choices=("auto", "folded", "flat", "creased"), only=UNFOLDS)
-    seam: str = rule("continuous", choices=("continuous", "hinged"), only=PILLOW)
+    seam: str = rule("continuous", choices=("continuous", "hinged"), only=UNFOLDS)
 
     @property
     def kept_compression(self) -> float:

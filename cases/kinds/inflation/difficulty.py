@@ -14,7 +14,7 @@ from ...geometry.folding import LEAD
 from ...output.forecast import Item
 from ..inflow import ramp_integral
 from .carried import facing_distance, opening_pressure, width_of
-from .config import InflationScene
+from .config import InflationScene, PillowGeometry
 from .initial_bag import nature
 from .plan import InflationPlan
 
@@ -86,7 +86,7 @@ def contact_lines(bag: Bag, carried: object | None) -> tuple[list[Item], list[st
         return items, []
     return items, [
         f"sheets face each other {near:.2g} apart at rest, within contact's reach {reach:.2g}: the "
-        f"mesh pinches them (raise mesh.around), or lower contact.reach to "
+        f"mesh pinches them (refine it), or lower contact.reach to "
         f"{0.9 * near / bag.gap:.2g}"
     ]
 
@@ -94,7 +94,7 @@ def contact_lines(bag: Bag, carried: object | None) -> tuple[list[Item], list[st
 def touch(scene: InflationScene, bag: Bag, pressure: float) -> Touch:
     """Where sheets will meet first, from bulging panels between folds that have not opened."""
     fold, c = bag.folds, scene.structure
-    if scene.geometry.fold == "roll":  # type: ignore[union-attr]
+    if _rolled(scene):
         # the straight end rests on the first turn, whatever the pressure
         return Touch(
             "the straight end and the first turn",
@@ -108,6 +108,10 @@ def touch(scene: InflationScene, bag: Bag, pressure: float) -> Touch:
         bulge *= 2.0 / fold.between * fold.gap / thickness
     volume = 1.0 + BULGE * fold.between / fold.gap
     return Touch("neighbouring panels", volume, bool(bulge > TOUCHES))
+
+
+def _rolled(scene: InflationScene) -> bool:
+    return isinstance(scene.geometry, PillowGeometry) and scene.geometry.fold == "roll"
 
 
 def time_of(scene: InflationScene, volume: float) -> float:
@@ -142,9 +146,9 @@ def _snap(scene: InflationScene, bag: Bag) -> tuple[list[Item], list[str]]:
     if nature(scene, bag) == "creased":
         return [], []
     rigidity = scene.structure.flexural_rigidity
-    energy = rigidity * bag.folds.squared_curvature * width_of(scene)
+    energy = rigidity * bag.folds.squared_curvature * width_of(scene, bag)
     # two sheets of unit density, a panel's length to go
-    mass = 2.0 * scene.structure.density * width_of(scene)
+    mass = 2.0 * scene.structure.density * width_of(scene, bag)
     time = bag.folds.panel * np.sqrt(0.5 * mass / max(energy, 1e-300))
     grown = 1.0 + (scene.inflow.final_volume - 1.0) * ramp_integral(
         time, scene.inflow.t1, scene.inflow.t2
@@ -164,8 +168,8 @@ def _snap(scene: InflationScene, bag: Bag) -> tuple[list[Item], list[str]]:
 def _film(scene: InflationScene, bag: Bag, pressure: float) -> tuple[list[Item], list[str]]:
     """Pressure that the influx needs through one panel, over the one that opens a fold."""
     i, fold = scene.inflow, bag.folds
-    influx = abs(i.final_volume - 1.0) * bag.exact_volume / i.t2 / width_of(scene)
-    rolled = scene.geometry.fold == "roll"  # type: ignore[union-attr]
+    influx = abs(i.final_volume - 1.0) * bag.exact_volume / i.t2 / width_of(scene, bag)
+    rolled = _rolled(scene)
     length = 1.0 - LEAD if rolled else fold.panel
     needed = 12.0 * scene.fluid.mass_ratio * influx * length / fold.gap**3
     group = needed / pressure

@@ -22,11 +22,15 @@ from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
 from .initial_bag import nature
-from .mesh_forecast import drawn, users_mesh
-from .plan import InflationPlan
+from .mesh_forecast import drawn, told, users_mesh
+from .plan import COARSER, InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
+FINER = {
+    "pillow": "raise mesh.around",
+    "mesh": "raise mesh.split (each halves all edges), or refine the file at its folds, ",
+}
 REFERENCES = {
     "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
     "flat": "the flat bag: stretched by the folds, starts with a relaxation",
@@ -63,7 +67,7 @@ def forecast(scene: InflationScene) -> Forecast:
         more, cautions = _fluid(plan)
         items += more
         warnings += cautions
-    return Forecast(tuple(items), tuple(warnings), drawn(plan), plan.bag.notes)
+    return Forecast(tuple(items), tuple(warnings), drawn(plan), told(plan))
 
 
 def _inlet_area(plan: InflationPlan) -> float:
@@ -140,6 +144,7 @@ def _sizes(plan: InflationPlan) -> list[Item]:
 def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
     """How a bag is folded, measured on its fit, against the rules of folding."""
     found, fold = inspect(body), body.folds
+    finer = FINER["mesh" if body.membrane.shape == "triangle" else "pillow"]
     low, p1, p99, high = found.stretches
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
@@ -152,7 +157,7 @@ def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
         ),
     ]
     if np.isinf(fold.radius):
-        return items, found.warnings()
+        return items, found.warnings(finer)
     rest = nature(scene, body)
     items += [
         Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
@@ -170,7 +175,7 @@ def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
             energy = strain_energy(body, c.poisson_ratio, c.kept_compression)
             note = f"tension only, to strains of {strain:.2g}: {energy / whole:.0%} of 'svk'"
         items.append(Item("initial membrane energy", energy, "", note))
-    return items, found.warnings()
+    return items, found.warnings(finer)
 
 
 def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
@@ -209,8 +214,8 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
     if memory > 4.0 and f.solver == "lu":
         warnings.append(
-            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or coarsen the "
-            "mesh (mesh.around, mesh.flat_max)"
+            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or "
+            f"{COARSER[scene.geometry.kind]}"
         )
     if speed > 3.0:
         warnings.append(
@@ -237,7 +242,7 @@ def _large(plan: InflationPlan) -> Forecast:
     ]
     warnings = [
         f"{plan.elements} elements: the geometry was not measured, which takes more than seconds; "
-        f"check it with {MEASURED} elements or fewer (mesh.around)"
+        f"check it with {MEASURED} elements or fewer ({COARSER[plan.scene.geometry.kind]})"
     ]
     if plan.has_flow:
         items += [

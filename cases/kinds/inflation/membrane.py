@@ -7,6 +7,7 @@ import numpy as np
 from coupling import State
 from coupling.contact.on_demand import Carrying
 from shells.energy.frame import curvature_in_frame
+from shells.energy.kinks.edge_geometry import kink_angles
 from shells.energy.kinks.edge_tables import HeldSlopes
 from shells.energy.kinks.triangle_shell import TriangleShell
 from shells.energy.kirchhoff_love import KirchhoffLove
@@ -24,6 +25,7 @@ from shells.surfaces.triangles.triangle_surface import TriangleSurface
 from ...geometry.bag import Bag
 from .config import InflationScene
 from .initial_bag import nature
+from .mesh_config import MeshGeometry
 
 RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 
@@ -69,6 +71,7 @@ def energy(scene: InflationScene, body: Bag) -> KirchhoffLove:
             curvature=flat,
             compression_share=c.kept_compression,
             clamp=HeldSlopes(basis.surface.graph.rim) if clamped else None,
+            soft=_seams(scene, body, basis.surface) if c.seam == "hinged" else None,
         )
     return KirchhoffLove(
         basis,
@@ -78,6 +81,14 @@ def energy(scene: InflationScene, body: Bag) -> KirchhoffLove:
         compression_share=c.kept_compression,
         hinges=surface.seam if isinstance(surface, Pillow) and c.seam == "hinged" else None,
     )
+
+
+def _seams(scene: InflationScene, body: Bag, surface: TriangleSurface) -> np.ndarray:
+    """Share of the stiffness of each edge: none at the sharp ones of a mesh, its seams."""
+    g = scene.geometry
+    assert isinstance(g, MeshGeometry)  # triangles come from files
+    angles = kink_angles(surface, body.cut[: body.n_membrane])
+    return np.where(np.abs(angles).max(axis=1) > np.radians(g.crease), 0.0, 1.0)
 
 
 def relaxed(shell: ShellStructure, start: State) -> State:

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...geometry.meshes.findings import SLIVER, quality
 from ...geometry.meshes.mesh_bag import MeshBag
+from ...geometry.meshes.quality import findings
 from ...output.forecast import Item
 from .plan import InflationPlan
 
 Findings = tuple[list[Item], list[str]]
-SIZES = 0.01, 100.0  # extents in units of L beyond which the unit is likely another
 THIN = 0.02  # distance of facing sheets over the extent below which films are hard to resolve
 
 
@@ -22,21 +21,23 @@ def users_mesh(plan: InflationPlan) -> Findings:
     bag = plan.bag
     if not isinstance(bag, MeshBag):
         return [], []
-    facets = bag.mesh.facets
-    found = quality(facets.points, facets.triangles)
-    extents = np.ptp(facets.points, axis=0)
-    edges = f"edges {found.shortest:.3g} to {found.longest:.3g}, half of them below "
-    items = [Item("mesh", len(bag.mesh.control), "", "triangles after repairs and splits")]
-    items += [Item(f"group {name}", len(members), "", "triangles")
-              for name, members in facets.groups.items()]  # fmt: skip
-    items += [
-        Item("extents", " x ".join(f"{x:.4g}" for x in extents), "", "in units of L"),
-        Item("smallest angle", found.smallest_angle, "deg", f"{edges}{found.median:.3g}"),
+    groups = bag.mesh.facets.groups
+    items = [
+        Item("mesh", len(bag.mesh.control), "", "triangles after repairs and splits"),
+        *(Item(f"group {name}", len(of), "", "triangles") for name, of in groups.items()),
         Item("nearest facing sheets", bag.narrowest, "", f"sampled; 2 V / A = {bag.gap:.3g}"),
-        Item("inlet faces", bag.faces if np.isfinite(bag.faces) else "nothing", "", "outward"),
         Item("largest kink", _largest_kink(bag), "deg", "between triangles; free of stress"),
     ]
-    return items, [*bag.warnings, *found.warnings(), *_sizes(extents), *_film(plan, bag)]
+    found = [one.text for one in findings(bag.mesh) if one.warns]
+    return items, list(dict.fromkeys([*bag.warnings, *found, *_film(plan, bag)]))
+
+
+def told(plan: InflationPlan) -> tuple[str, ...]:
+    """What was read, mended and found, one line each."""
+    bag = plan.bag
+    if not isinstance(bag, MeshBag):
+        return bag.notes
+    return (*bag.notes, *(one.text for one in findings(bag.mesh) if not one.warns))
 
 
 def _largest_kink(bag: MeshBag) -> float:
@@ -45,16 +46,6 @@ def _largest_kink(bag: MeshBag) -> float:
 
     angles = kink_angles(bag.membrane, bag.coefficients[: bag.n_membrane])
     return float(np.degrees(np.abs(angles).max()))
-
-
-def _sizes(extents: np.ndarray) -> list[str]:
-    size = float(extents.max())
-    if SIZES[0] <= size <= SIZES[1]:
-        return []
-    return [
-        f"geometry.unit: the mesh is {size:.3g} units of L long; is the unit of the file another? "
-        "Give geometry.unit and [physical] length, or scale the file"
-    ]
 
 
 def _film(plan: InflationPlan, bag: MeshBag) -> list[str]:
@@ -75,12 +66,11 @@ def picture(plan: InflationPlan, path: Path) -> Path:
 
     bag = plan.bag
     assert isinstance(bag, MeshBag)
-    facets = bag.mesh.facets
-    found = quality(facets.points, facets.triangles)
-    spots = []
-    if found.smallest_angle < 3.0 * SLIVER:
-        what = f"smallest angle, {found.smallest_angle:.2g} degrees"
-        spots.append(Spot(what, found.sharpest))
+    spots = [
+        Spot(one.text.partition(":")[0].partition(",")[0], where)
+        for one in findings(bag.mesh)
+        for where in (one.places if one.warns else ())
+    ]
     return mesh_picture(bag, path, spots)
 
 

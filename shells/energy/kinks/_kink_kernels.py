@@ -34,26 +34,26 @@ def _vectors(trace, beside, dofs, coefficients, fixed, v):
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def energy(dofs, trace, beside, fixed, weights, free, halves, stiffness, coefficients, out):
+def energy(dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, out):
     """Energy of each edge into out (n_edges,)."""
     for e in prange(dofs.shape[0]):
         v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
         total = 0.0
         for q in range(weights.shape[1]):
             _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], halves, n, J)
+            theta, moment = kink(v, free[e, q], moduli[e], n, J)
             total += weights[e, q] * theta * (0.5 * stiffness[e] * theta - moment)
         out[e] = total
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def kinks(dofs, trace, beside, fixed, weights, free, halves, stiffness, coefficients, theta):
+def kinks(dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, theta):
     """Kinks less the stress-free ones into theta (n_edges, n_points)."""
     for e in prange(dofs.shape[0]):
         v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
         for q in range(weights.shape[1]):
             _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta[e, q] = kink(v, free[e, q], halves, n, J)[0]
+            theta[e, q] = kink(v, free[e, q], moduli[e], n, J)[0]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -104,7 +104,7 @@ def force_and_tangent(
     fixed,
     weights,
     free,
-    halves,
+    moduli,
     stiffness,
     coefficients,
     tangent,
@@ -131,9 +131,9 @@ def force_and_tangent(
         for q in range(weights.shape[1]):
             T, B = trace[e, q], beside[e, q]
             _vectors(T, B, dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], halves, n, J)
+            theta, moment = kink(v, free[e, q], moduli[e], n, J)
             bend, w = stiffness[e] * theta - moment, weights[e, q]
-            point_force(v, n, J, halves, dtheta, dM, turn)
+            point_force(v, n, J, moduli[e], dtheta, dM, turn)
             for x in range(5):
                 for i in range(3):
                     slope[x, i] = w * (bend * dtheta[x, i] - theta * dM[x, i])
@@ -145,7 +145,9 @@ def force_and_tangent(
                         force = slope[1 + s, i] * B[s, b, 0] + slope[3 + s, i] * B[s, b, 1]
                         R[e, 3 * (nt + s * k + b) + i] += force
             if tangent:
-                point_tangent(v, n, J, halves, theta, bend, stiffness[e], dtheta, dM, turn, dn, H)
+                point_tangent(
+                    v, n, J, moduli[e], theta, bend, stiffness[e], dtheta, dM, turn, dn, H
+                )
                 _spread(T, B, flat, w, right, K[e])
 
 

@@ -5,7 +5,7 @@ g_i along the conormal and ``m_i = h_nn + nu h_tt`` of the second derivatives. W
 ``z_i = g_i x t``, ``J_i = |z_i|``, ``n_i = z_i / J_i``:
 
     kink    theta = atan2(|t| [g1, g2, t], z1 . z2), less that of the stress-free shell
-    moment  M = sum_i half_i m_i . n_i - M0
+    moment  M = sum_i modulus_i m_i . n_i - M0
     energy  -M theta + stiffness / 2 theta^2
 
 theta' is ``|t| / J_i n_i`` on g_i (minus on side 2) and minus ``g_i . t / t . t`` of that on t.
@@ -28,7 +28,7 @@ def _dot(a, b):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def kink(v, free, halves, n, J):
+def kink(v, free, moduli, n, J):
     """Kink less the stress-free one, whose cosine and sine are ``free``; and the moment.
 
     ``free[2]`` is the moment of the stress-free shell. Normals and J go into n (2, 3), J (2,).
@@ -46,12 +46,12 @@ def kink(v, free, halves, n, J):
         sine * free[0] - cosine * free[1],
         cosine * free[0] + sine * free[1],
     )
-    moment = halves[0] * _dot(v[3], n[0]) + halves[1] * _dot(v[4], n[1]) - free[2]
+    moment = moduli[0] * _dot(v[3], n[0]) + moduli[1] * _dot(v[4], n[1]) - free[2]
     return theta, moment
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def point_force(v, n, J, halves, dtheta, dM, turn):
+def point_force(v, n, J, moduli, dtheta, dM, turn):
     """Gradients of kink and moment by the five vectors, dtheta (5, 3) and dM (5, 3).
 
     turn (2, 4, 3) keeps of each side: q = |t| n / J, p = (m - m.n n) / J, and n . z' by g and t.
@@ -70,17 +70,17 @@ def point_force(v, n, J, halves, dtheta, dM, turn):
             p[i] = (m[i] - along * n[s, i]) / J[s]
             dtheta[1 + s, i] = sign * q[i]
             dtheta[0, i] -= sign * a * q[i]
-            dM[3 + s, i] = halves[s] * n[s, i]
+            dM[3 + s, i] = moduli[s] * n[s, i]
         _cross(t, n[s], turn[s, 2])
         _cross(n[s], g, turn[s, 3])
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            dM[1 + s, i] = halves[s] * (t[j] * p[k] - t[k] * p[j])
-            dM[0, i] += halves[s] * (p[j] * g[k] - p[k] * g[j])
+            dM[1 + s, i] = moduli[s] * (t[j] * p[k] - t[k] * p[j])
+            dM[0, i] += moduli[s] * (p[j] * g[k] - p[k] * g[j])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def point_tangent(v, n, J, halves, theta, bend, stiffness, dtheta, dM, turn, dn, H):
+def point_tangent(v, n, J, moduli, theta, bend, stiffness, dtheta, dM, turn, dn, H):
     """Hessian of ``-M theta + stiffness / 2 theta^2`` by the five vectors into H (5, 3, 5, 3).
 
     bend is ``stiffness theta - M``; dn (2, 3, 3) is scratch. Blocks (t, g), (t, m), (g, m) are set
@@ -114,7 +114,7 @@ def point_tangent(v, n, J, halves, theta, bend, stiffness, dtheta, dM, turn, dn,
             dn[0, j, o] += t[k] * inverse
             dn[1, j, k] += g[o] * inverse
             dn[1, j, o] -= g[k] * inverse
-        size = -theta * halves[s]
+        size = -theta * moduli[s]
         on_normal = _dot(m, nu) * inverse * inverse
         X, M = 1 + s, 3 + s
         for i in range(3):

@@ -3,9 +3,13 @@
 A batch has either two triangles at each edge, or one and a fixed conormal beyond (`HeldSlopes`):
 a clamp or a plane of symmetry. The energy of an edge,
 
-    int ( -M theta + eta D theta^2 / (2 h) ) ds,    M = D sum_i (kappa_nn + nu kappa_tt) / n_sides,
+    int ( -M theta + eta D theta^2 / (2 h) ) ds,    M = D sum_i A_i / A (kappa_nn + nu kappa_tt)_i,
 
-with ``h`` the mean area of its triangles over half the length (two sides: sum over the length).
+with ``h = A / |e|`` and A the area of its triangles. Weighted by areas, ``eta > 3 p (p - 1) / 2``
+(3 at degree 2, 9 at degree 3) leaves no mode of negative energy on flat triangles of any shape, by
+``int_e f^2 <= p (p - 1) / 2 |e| / A int_T f^2`` for polynomials f of degree p - 2 (Warburton and
+Hesthaven 2003) and a third of a triangle's energy for each edge. Equal weights would need more, the
+more neighbours differ in size.
 """
 
 from __future__ import annotations
@@ -49,8 +53,8 @@ class EdgeTables:
         Numbers of the edges.
     dofs, trace, beside, fixed, weights, free : arrays
         See `_kink_kernels.force_and_tangent`; weights carry the share of soft edges.
-    halves : (2,) array
-        Weights of both sides' moments.
+    moduli : (n, 2) array
+        D by the triangles' shares of their area.
     stiffness : (n,) array
         ``eta D / h``.
     """
@@ -62,7 +66,7 @@ class EdgeTables:
     fixed: np.ndarray
     weights: np.ndarray
     free: np.ndarray
-    halves: np.ndarray
+    moduli: np.ndarray
     stiffness: np.ndarray
 
     @property
@@ -110,7 +114,6 @@ def edge_tables(
     sides = sides_of(surface, edges)
     frames = [frame(side, rest.reference) for side in sides]
     D, own = material.stiffness * material.flexural_rigidity, surface.degree + 1
-    halves = np.array([0.5 * D, 0.5 * D] if beyond is None else [D, 0.0])
     trace = np.zeros((*frames[0].speed.shape, own, 5))
     beside = []
     for s, (side, at) in enumerate(zip(sides, frames, strict=True)):
@@ -122,7 +125,10 @@ def edge_tables(
     rows = np.concatenate([sides[0].dofs[:, :own], *further], axis=1)
     w = unit_gauss(surface.degree + 1)[1]
     triangles = surface.graph.triangles[edges, : len(sides)]
-    height = rest.areas[triangles].sum(axis=1) / (frames[0].speed @ w)
+    areas = rest.areas[triangles]
+    moduli = np.zeros((edges.size, 2))
+    moduli[:, : len(sides)] = D * areas / areas.sum(axis=1, keepdims=True)
+    height = areas.sum(axis=1) / (frames[0].speed @ w)
     fixed = np.zeros((*frames[0].speed.shape, 3)) if beyond is None else beyond
     return EdgeTables(
         edges,
@@ -131,8 +137,8 @@ def edge_tables(
         np.ascontiguousarray(np.stack(beside, axis=2)),
         np.ascontiguousarray(fixed),
         frames[0].speed * w * share[:, None],
-        _free(sides, frames, edges, rest, material, halves, beyond),
-        halves,
+        _free(sides, frames, edges, rest, material, moduli, beyond),
+        moduli,
         eta * D / height,
     )
 
@@ -149,7 +155,7 @@ def _free(
     edges: np.ndarray,
     rest: Rest,
     material: Material,
-    halves: np.ndarray,
+    moduli: np.ndarray,
     beyond: np.ndarray | None,
 ) -> np.ndarray:
     """Cosine and sine of the stress-free kinks, and the moment M0 of the curvature B."""
@@ -159,8 +165,8 @@ def _free(
     if rest.kinks is not None:
         theta = rest.kinks[edges]
     moment = np.zeros(t.shape[:2])
-    for side, at, conormal, half in zip(sides, frames, g, halves, strict=False):
+    for side, at, conormal, modulus in zip(sides, frames, g, moduli.T, strict=False):
         second = side.along(rest.curved)[1]
         m = _moment(at, np.swapaxes(second, -1, -2), material)
-        moment += half * np.einsum("eqc,eqc->eq", m, np.cross(conormal, t))
+        moment += modulus[:, None] * np.einsum("eqc,eqc->eq", m, np.cross(conormal, t))
     return np.stack([np.cos(theta), np.sin(theta), moment], axis=-1)

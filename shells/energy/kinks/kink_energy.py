@@ -117,8 +117,12 @@ def _arguments(
     b: EdgeTables, x: np.ndarray, *outputs: Any, part: slice = slice(None)
 ) -> tuple[Any, ...]:
     c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3))
-    cut = tuple(a[part] for a in (b.dofs, b.trace, b.beside, b.fixed, b.weights, b.free))
-    return (*cut, b.halves, b.stiffness[part], c, *outputs)
+    cut = tuple(a[part] for a in _arrays(b))
+    return (*cut, c, *outputs)
+
+
+def _arrays(b: EdgeTables) -> tuple[np.ndarray, ...]:
+    return b.dofs, b.trace, b.beside, b.fixed, b.weights, b.free, b.moduli, b.stiffness
 
 
 def _shares(soft: np.ndarray | None, n: int) -> np.ndarray:

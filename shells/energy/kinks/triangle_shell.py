@@ -1,9 +1,10 @@
 """Kirchhoff-Love shell on continuous Bezier triangles, on any triangulation.
 
 ``W = sum over triangles of [T 2.17] + sum over edges of int (-M theta + eta D theta^2 / (2 h)) ds``
-with the change theta of the kink, the mean moment M across the edge, ``h = (A1 + A2) / |e|``: an
-interior penalty (of plates: Engel et al. 2002, Brenner and Sung 2005). It converges on raw
-triangulations, where smooth bases with irregular vertices do not.
+with the change theta of the kink, the moment M across the edge, a mean weighted by the areas of
+its triangles, and ``h = (A1 + A2) / |e|``: an interior penalty (of plates: Engel et al. 2002,
+Brenner and Sung 2005). It converges on raw triangulations, where smooth bases with irregular
+vertices do not.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .block_scatter import BlockScatter
 from .edge_tables import HeldSlopes, Rest
 from .kink_energy import KinkEnergy, kink_energy
 
-STABILISATION = {2: 8.0, 3: 20.0}  # eta by degree; modes of negative energy come below half
+STABILISATION = {2: 8.0, 3: 20.0}  # eta by degree: twice what `edge_tables` proves enough
 
 
 class TriangleShell(KirchhoffLove):

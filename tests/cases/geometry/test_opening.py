@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cases.geometry.meshes.chords import bisected, split_chords
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
+from cases.geometry.meshes.flat.chords import bisected, split_chords
 from cases.geometry.meshes.flat.plane import fitted_plane
 from cases.geometry.meshes.flat.sheets import told_apart
 from cases.geometry.meshes.opening import double_sheet, opened, stretches
@@ -221,6 +221,20 @@ def test_the_plane_lies_between_sheets_of_unequal_meshes():
     assert np.linalg.det(plane.axes) == pytest.approx(1.0)
 
 
+def test_sheets_a_little_apart_are_laid_together():
+    """As decks have them that give each sheet a height of its own."""
+    bag = double_sheet(square())
+    points = bag.points.copy()
+    rim = np.abs(points[:, :2] - 0.5).max(axis=1) == 0.5
+    copy = np.arange(len(points)) >= (N + 1) ** 2
+    points[:, 2] = np.where(copy & ~rim, -0.002, 0.002)
+    apart = opened(replace(bag, points=points), 0.02)
+    assert "sheets up to 0.004 apart laid into one plane" in "\n".join(apart.notes)
+    flat = opened(bag, 0.02)
+    np.testing.assert_allclose(apart.points[:, :2], flat.points[:, :2], atol=1e-12)
+    np.testing.assert_allclose(apart.points[:, 2], flat.points[:, 2], atol=1e-12)
+
+
 def test_what_cannot_be_opened():
     sheet = square()
     bag = double_sheet(sheet)
@@ -230,8 +244,13 @@ def test_what_cannot_be_opened():
         opened(bag, 0.0)
     with pytest.raises(MeshError, match=r"use at most 0\.25"):
         opened(bag, 0.3)
-    with pytest.raises(MeshError, match=r"sheets do not coincide: the mesh is 0\.008 thick over 1"):
-        opened(replace(bag, points=bag.points + [[0, 0, 0.01]] * (bag.points[:, :1] > 0.4)), 0.02)
+    bent = bag.points + [[0, 0, 0.1]] * (bag.points[:, :1] > 0.4)
+    with pytest.raises(MeshError, match=r"lie on each other: the mesh is 0\.079 thick over 1"):
+        opened(replace(bag, points=bent), 0.02)
+    with pytest.raises(MeshError, match=r"the unfolded reference is 0\.079 thick"):
+        opened(replace(bag, reference=bent), 0.2)
+    with pytest.raises(MeshError, match=r"sheets do not coincide: the mesh is 0\.079 thick over 1"):
+        split_chords(replace(bag, points=bent))
     with pytest.raises(MeshError, match="only a single flat sheet"):
         double_sheet(bag)
     with pytest.raises(MeshError, match=r"3 triangles meet at one edge.*at the edge from \(0"):

@@ -150,7 +150,7 @@ def test_stretches_follow_the_fold():
     assert 1.0 < found.per_radius < 1.3
     assert found.faced == np.inf
     assert not found.crosses
-    assert found.warnings() == []
+    assert found.warnings("raise it") == []
 
 
 def test_a_patch_that_faces_a_panel_is_found():
@@ -163,12 +163,13 @@ def test_a_patch_that_faces_a_panel_is_found():
 
     wrong = folded_bag(Pillow(48, 24), replace(right, maps=(mirrored,)))
     assert abs(faced(wrong) / right.between - 1.0) < 0.1
-    assert any("suck" in warning for warning in inspect(wrong).warnings())
+    assert any("suck" in warning for warning in inspect(wrong).warnings("refine"))
 
 
 def test_coarse_folds_are_explained():
-    warnings = inspect(folded_bag(Pillow(24, 12), accordion_folding(4, 6.0, 0.4))).warnings()
-    assert any("raise mesh.around" in warning for warning in warnings)
+    bag = folded_bag(Pillow(24, 12), accordion_folding(4, 6.0, 0.4))
+    warnings = inspect(bag).warnings("raise it")
+    assert any("raise it" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ def ball(degree, n=24):
     return TriangleBasis(surface, c), c
 
 
-def sheet(degree, n=3):
-    points, triangles = rectangle(n)
+def sheet(degree, n=3, rounds=3):
+    points, triangles = rectangle(n, rounds=rounds)
     flat = np.column_stack([points, np.zeros(len(points))])
     surface, c = interpolated(flat, triangles, degree, lambda x: x)
     return TriangleBasis(surface, c), c
@@ -100,6 +100,63 @@ def test_plate_converges_on_raw_meshes():
     assert 0.2 < fine.regular < 0.4  # raw it is
 
 
+@pytest.mark.parametrize(("degree", "least"), [(2, 3.0), (3, 9.0)])
+def test_stable_on_slivers(degree, least):
+    """No mode of negative energy at the proven eta, whatever the triangles look like."""
+    basis, c = sheet(degree, n=5, rounds=0)
+    areas = basis.dx.sum(axis=1)
+    assert areas.max() > 20.0 * areas.min()
+    material = Material(1.0, poisson_ratio=0.45)
+    values = {}
+    for eta in (least / 9.0, least):
+        shell = TriangleShell(basis, material, stabilisation=eta)
+        bending = shell.gradient_and_tangent(c)[1][2::3, 2::3].toarray()
+        values[eta] = np.linalg.eigvalsh(bending)
+    assert values[least / 9.0][0] < -1e-3 * values[least][-1]
+    assert values[least][0] > -1e-14 * values[least][-1]
+    assert values[least][3] > 0.0
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_patch(degree):
+    """A deflection of the degree bends without force: ``div div M = 0``, and moments agree."""
+    basis, c = sheet(degree, n=6)
+    surface = basis.surface
+    points, triangles = rectangle(6)
+    flat = np.column_stack([points, np.zeros(len(points))])
+
+    def polynomial(p):
+        x, y = p[..., 0], p[..., 1]
+        w = 0.3 * x**2 - x * y + 0.7 * y**2
+        return (w + (x**3 - 2.0 * x * y**2 if degree == 3 else 0.0))[..., None]
+
+    _, w = interpolated(flat, triangles, degree, polynomial)
+    K = TriangleShell(basis, MATERIAL).gradient_and_tangent(c)[1][2::3, 2::3]
+    force = K @ w[:, 0]
+    on_rim = np.isin(surface.element_dofs, surface.rim_coefficients).any(axis=1)
+    inside = np.setdiff1d(np.arange(len(c)), surface.element_dofs[on_rim])
+    assert inside.size > 20
+    assert np.abs(force).max() > 1e-3  # at the rim
+    assert np.abs(force[inside]).max() < 1e-14 * abs(K).max()
+
+
+def test_two_triangles_back_to_back():
+    """A closed bag of two triangles: all three edges are those of both."""
+    surface, c = interpolated(
+        np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+        np.array([[0, 1, 2], [0, 2, 1]]),
+        3,
+        lambda x: x,
+    )
+    c[surface.element_dofs[:, 4], 2] = [0.5, -0.5]  # the inner control points
+    rng = np.random.default_rng(5)
+    shell = TriangleShell(TriangleBasis(surface, c), MATERIAL)
+    assert shell.edges.size == 3
+    theta = c + 0.03 * rng.standard_normal(c.shape)
+    errors, _ = variations(shell, theta, rng.standard_normal(c.size))
+    assert np.all(errors[1] < 1e-6)
+
+
 def test_without_rigidity_no_edge_carries_energy():
     basis, c = sheet(2)
     theta = c + 0.05 * np.random.default_rng(3).standard_normal(c.shape)
@@ -112,7 +169,7 @@ def test_without_rigidity_no_edge_carries_energy():
     )
 
 
-def folded(basis, c, degrees):
+def folded(c, degrees):
     """A sheet bent sharply along the edges nearest to x = 1/2: coefficients of a straight ramp."""
     angle = np.deg2rad(degrees)
     beyond = np.maximum(c[:, 0] - 0.5, 0.0)
@@ -137,7 +194,7 @@ def halves():
 @pytest.mark.parametrize("degrees", [60.0, 150.0, -150.0])
 def test_kinks_are_angles_and_creases_set(degrees):
     basis, c = halves()
-    bent = folded(basis, c, degrees)
+    bent = folded(c, degrees)
     kinks = kink_angles(basis.surface, bent)
     at = np.flatnonzero(np.abs(kinks).max(axis=1) > 1e-9)
     assert basis.surface.graph.vertices[at].tolist() == [[1, 4]]
@@ -155,7 +212,7 @@ def test_kinks_are_angles_and_creases_set(degrees):
 
 def test_creases_of_the_reference_are_free_of_stress():
     basis, c = halves()
-    bent = folded(basis, c, 100.0)
+    bent = folded(c, 100.0)
     creased = TriangleShell(TriangleBasis(basis.surface, bent), MATERIAL)
     assert sum(creased.energy(bent)) < 1e-26
     cut_flat = TriangleShell(TriangleBasis(basis.surface, bent), MATERIAL, curvature=c)
@@ -167,7 +224,7 @@ def test_creases_of_the_reference_are_free_of_stress():
 def test_beyond_half_a_turn_angles_go_on():
     """The change of a kink counts, not the kink: from 170 degrees on to 190 is 20."""
     basis, c = halves()
-    start, end = (folded(basis, c, degrees) for degrees in (170.0, 190.0))
+    start, end = (folded(c, degrees) for degrees in (170.0, 190.0))
     shell = TriangleShell(TriangleBasis(basis.surface, start), MATERIAL)
     assert np.rad2deg(np.abs(shell.change_of_kinks(end)).max()) == pytest.approx(20.0)
 

@@ -5,8 +5,11 @@ import pytest
 from skfem import BilinearForm, Functional, LinearForm
 
 from cases.benchmarks.meshes.raw import interpolated, rectangle, sphere
+from cases.benchmarks.shells.speed import plain_arguments, plain_tangent
 from shells.conditions.rigid_motions import coefficients_of, mechanism
 from shells.conditions.supports import extraction
+from shells.energy.kirchhoff_love import KirchhoffLove
+from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.surfaces.triangles.triangle_basis import TriangleBasis
 from shells.surfaces.triangles.triangle_surface import TriangleSurface
@@ -40,6 +43,18 @@ def test_second_derivatives():
     x = basis.reference.value[..., 0]
     exact = 6.0 * x * t[0] * t[1]  # affine triangles: f_xx x_xi x_eta
     assert np.asarray(field.hess)[0, 1] == pytest.approx(exact, abs=1e-12)
+
+
+def test_fused_kernel_against_a_plain_form():
+    """The tangent of the energy as a readable scikit-fem form: nothing of it knows triangles."""
+    basis, c, _ = raw_ball(3, 16)
+    material = Material(0.03, poisson_ratio=0.3)
+    shell = KirchhoffLove(basis, material, formulation="classical", seams=True)
+    theta = c + 0.03 * np.random.default_rng(0).standard_normal(c.shape)
+    plain = plain_tangent.assemble(basis, **plain_arguments(shell, theta))
+    fused = shell.gradient_and_tangent(theta)[1]
+    assert abs(plain - fused).max() < 1e-13 * abs(plain).max()
+    assert abs(shell.stiffness.assemble(basis, x=theta) - fused).max() == 0.0
 
 
 def interpolated_values(surface, f):

@@ -1,1 +1,1 @@
-"""Flat bags: the plane of a pattern, and two sheets that lie on each other told apart."""
+"""Flat bags: the plane of a pattern, coincident sheets told apart, their chords split, drawn in."""

@@ -45,12 +45,6 @@ class Sheets:
     open_edges: np.ndarray
 
 
-def is_flat(facets: FacetMesh) -> bool:
-    """Whether the (unfolded) points lie in one plane, so that sheets coincide."""
-    plane = fitted_plane(_unfolded(facets))
-    return plane.thickness <= FLAT * plane.size
-
-
 def told_apart(facets: FacetMesh) -> Sheets:
     """The sheets of a flat bag whose sheets share the points of their seam, and no others.
 
@@ -59,7 +53,7 @@ def told_apart(facets: FacetMesh) -> Sheets:
     MeshError
         A mesh that is not flat, or edges at which sheets cannot be told apart.
     """
-    points = _unfolded(facets)
+    points = unfolded(facets)
     plane = fitted_plane(points)
     if plane.thickness > FLAT * plane.size:
         raise MeshError(
@@ -93,7 +87,8 @@ def told_apart(facets: FacetMesh) -> Sheets:
     )
 
 
-def _unfolded(facets: FacetMesh) -> np.ndarray:
+def unfolded(facets: FacetMesh) -> np.ndarray:
+    """Points of the flat bag: the reference where there is one."""
     return facets.points if facets.reference is None else facets.reference
 
 

@@ -14,7 +14,14 @@ import numpy as np
 
 from cases.geometry.meshes.facet_mesh import MeshError
 from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, Cells, distinct, places
-from cases.geometry.meshes.formats.text import clean_name, cut_short, real, text_of, whole
+from cases.geometry.meshes.formats.text import (
+    MOST_NUMBER,
+    clean_name,
+    cut_short,
+    real,
+    text_of,
+    whole,
+)
 
 # names of elements, by what they begin with: kind and nodes
 _TYPES = (
@@ -62,7 +69,7 @@ class _Deck:
 
 
 # numbers of nodes of one part stay below this; the next part's begin above
-_SPAN = 10**10
+_SPAN = MOST_NUMBER
 
 
 def read(data: bytes) -> CellMesh:

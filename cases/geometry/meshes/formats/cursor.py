@@ -11,6 +11,8 @@ import numpy as np
 from cases.geometry.meshes.facet_mesh import MeshError
 
 _WORD = re.compile(rb"\S+")
+# words of a text that are taken at a time, as each is an object first
+_CHUNK = 1 << 18
 
 
 class Cursor:
@@ -53,15 +55,20 @@ class Cursor:
             start, self.place = self.place, self.place + count * dtype.itemsize
             native = dtype.newbyteorder("=")
             return np.frombuffer(self.data, dtype, count, start).astype(native)
-        words = list(islice(_WORD.finditer(self.data, self.place), count))
-        if len(words) < count:
-            raise self._ended(what, count)
-        start, self.place = self.place, words[-1].end() if words else self.place
-        try:
-            return np.array([word.group() for word in words]).astype(dtype.newbyteorder("="))
-        except (ValueError, OverflowError):
-            first = _line(self.data, start)
-            raise MeshError(f"{what} after line {first}: not all are numbers") from None
+        start, words = self.place, _WORD.finditer(self.data, self.place)
+        kind, parts = dtype.newbyteorder("="), []
+        for first in range(0, count, _CHUNK):
+            found = list(islice(words, min(_CHUNK, count - first)))
+            if len(found) < min(_CHUNK, count - first):
+                raise self._ended(what, count)
+            try:
+                parts.append(np.array([word.group() for word in found]).astype(kind))
+            except (ValueError, OverflowError):
+                raise MeshError(
+                    f"{what} after line {_line(self.data, start)}: not all are numbers"
+                ) from None
+            self.place = found[-1].end()
+        return np.concatenate(parts) if parts else np.empty(0, kind)
 
     def _ended(self, what: str, count: int) -> MeshError:
         return MeshError(

@@ -36,7 +36,7 @@ def read(data: bytes) -> CellMesh:
     if not head:
         raise MeshError("not a Gmsh mesh: '$MeshFormat' is expected at its start")
     version, text = head[1].decode(), head[2] == b"0"
-    if not text and np.frombuffer(data, "<i4", 1, head.end())[0] != 1:
+    if not text and data[head.end() : head.end() + 4] != b"\1\0\0\0":
         raise MeshError("binary of the other byte order; save it as text")
     sections = _sections(data, head.end(), text)
     for name in ("Nodes", "Elements"):

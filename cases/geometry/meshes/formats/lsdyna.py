@@ -61,10 +61,11 @@ def read(data: bytes) -> CellMesh:
                 raise MeshError(f"line {line}: *{keyword} is not read; {remedy}")
         _take(deck, line, keyword, options, rows)
     ids, points = distinct(np.array(deck.ids, np.int64), np.array(deck.points).reshape(-1, 3))
+    reference = _reference(deck, ids, points)
     notes = [*deck.notes, *(f"{n} lines of *{key} left out" for key, n in deck.left.items())]
     notes += [] if ended else cut_short(data, "no *END at its end")
     cells = deck.cells.cells(ids)
-    return CellMesh(points, cells, _groups(deck), ids, _reference(deck, ids, points), notes)
+    return CellMesh(points, cells, _groups(deck), ids, reference, notes)
 
 
 def _blocks(text: str) -> Iterator[tuple[int, str, str, list[tuple[int, str]]]]:

@@ -21,13 +21,15 @@ _FACET = (
     b"facet normal . . . outer loop vertex . . . vertex . . . vertex . . . endloop endfacet".split()
 )
 _WORDS = np.flatnonzero([word != b"." for word in _FACET])
+_LAST = re.compile(rb"endfacet", re.IGNORECASE)
+_CHUNK = 1 << 23
 _CORNERS = np.array([8, 9, 10, 12, 13, 14, 16, 17, 18])
 
 
 def read(data: bytes) -> CellMesh:
     """Points (3 m, 3) in the order of the corners."""
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEAD else -1
-    if len(data) == _HEAD + _RECORD.itemsize * count:
+    if count >= 0 and len(data) == _HEAD + _RECORD.itemsize * count:
         return _binary(data, count)
     if data.lstrip()[:5].lower() == b"solid" and b"\0" not in data:
         return _text(data)
@@ -82,26 +84,30 @@ def _text(data: bytes) -> CellMesh:
 
 
 def _facets(data: bytes, start: int, body: bytes) -> np.ndarray:
-    """Corners (m, 9) of one solid's text."""
-    words = body.split()
-    whole = len(words) // len(_FACET) * len(_FACET)
-    table = np.array(words[:whole]).reshape(-1, len(_FACET))
-    fixed = np.char.lower(table[:, _WORDS]) == np.array(_FACET)[_WORDS] if whole else table == b""
-    bad = np.flatnonzero(~np.all(fixed, axis=1)) if whole else np.array([], int)
-    if len(bad) or whole < len(words):
-        facet = bad[0] if len(bad) else len(table)
-        raise MeshError(
-            f"facet {facet + 1} of the solid at line {_line(data, start)} is not 'facet normal "
-            "x y z', 'outer loop' of three 'vertex' lines, 'endloop', 'endfacet'"
-        )
-    if not whole:
-        return np.empty((0, 9))
-    try:
-        return table[:, _CORNERS].astype(float)
-    except ValueError as error:
-        raise MeshError(
-            f"solid at line {_line(data, start)}: a vertex is no number ({error})"
-        ) from None
+    """Corners (m, 9) of one solid's text, a few megabytes at a time."""
+    done, blocks, at = 0, [np.empty((0, 9))], 0
+    while at < len(body):
+        mark = _LAST.search(body, at + _CHUNK)
+        stop = mark.end() if mark else len(body)
+        words = body[at:stop].split()
+        whole = len(words) // len(_FACET) * len(_FACET)
+        table = np.array(words[:whole], dtype=bytes).reshape(-1, len(_FACET))
+        fixed = np.char.lower(table[:, _WORDS]) == np.array(_FACET)[_WORDS]
+        bad = np.flatnonzero(~np.all(fixed, axis=1))
+        if len(bad) or whole < len(words):
+            facet = done + (bad[0] if len(bad) else len(table))
+            raise MeshError(
+                f"facet {facet + 1} of the solid at line {_line(data, start)} is not 'facet normal "
+                "x y z', 'outer loop' of three 'vertex' lines, 'endloop', 'endfacet'"
+            )
+        try:
+            blocks.append(table[:, _CORNERS].astype(float))
+        except ValueError as error:
+            raise MeshError(
+                f"solid at line {_line(data, start)}: a vertex is no number ({error})"
+            ) from None
+        done, at = done + len(table), stop
+    return np.concatenate(blocks)
 
 
 def _line(data: bytes, place: int) -> int:

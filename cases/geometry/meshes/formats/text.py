@@ -7,6 +7,7 @@ import re
 from cases.geometry.meshes.facet_mesh import MeshError
 
 # 1.5-3 and 1.5+3 are 1.5e-3 and 1.5e3 in decks that Fortran programs write, D an exponent too.
+MOST_NUMBER = 10**10
 _BARE = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
 
@@ -38,9 +39,12 @@ def real(word: str, line: int) -> float:
 def whole(word: str, line: int) -> int:
     """A whole number."""
     try:
-        return int(word)
+        number = int(word)
     except ValueError:
         raise MeshError(f"line {line}: '{_short(word)}' is no whole number") from None
+    if abs(number) >= MOST_NUMBER:
+        raise MeshError(f"line {line}: {_short(word)} is too large for a number; renumber the file")
+    return number
 
 
 def _short(word: str) -> str:

@@ -32,10 +32,10 @@ def weld(mesh: Mending) -> None:
     triangles = mesh.mesh.triangles
     if soup and np.any(edges_of(_proper(one[triangles])).counts > 2):
         one = _sheet_by_sheet(mesh, one)
+    left = len(np.unique(one[mesh.mesh.triangles]))
     one = _chords(mesh, one)
     _check_reference(mesh, one)
     triangles = one[mesh.mesh.triangles]
-    left = len(np.unique(triangles))
     if left < count:
         mesh.notes.append(f"{len(mesh.given.triangles)} triangles, {count} points welded to {left}")
     unused = len(mesh.given.points) - count

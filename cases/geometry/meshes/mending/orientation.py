@@ -17,10 +17,11 @@ FLAT = 1e-8
 
 def turns(
     points: np.ndarray, triangles: np.ndarray, edges: FacetEdges, parts: np.ndarray
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     """Which triangles (m,) to turn so that those of each part agree and enclose a volume.
 
-    Parts that enclose none keep the way that most of their triangles have.
+    Parts that enclose none, named by the second result, keep the way that most of their triangles
+    have.
 
     Raises
     ------
@@ -45,7 +46,7 @@ def turns(
     volume, area = _signed(points, triangles, turned, parts)
     many = np.bincount(parts, turned) > 0.5 * np.bincount(parts)
     flat = np.abs(volume) <= FLAT * area**1.5
-    return turned ^ np.where(flat, many, volume < 0)[parts]
+    return turned ^ np.where(flat, many, volume < 0)[parts], flat
 
 
 def part_volumes(points: np.ndarray, triangles: np.ndarray, parts: np.ndarray) -> np.ndarray:

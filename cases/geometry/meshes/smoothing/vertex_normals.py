@@ -1,8 +1,8 @@
 """What is smooth at the vertices: normals at the corners of triangles, tangents of their curves.
 
-Curves are sharp edges, and the edges along which flat regions go over into bent ones: normals
-alone would leave the outline of a round sheet a polygon. A curve's tangent is that of the circle
-through a vertex and its two neighbours, or of the straight line that ends there.
+Curves are sharp edges, and edges along which flat regions go over into bent ones: normals alone
+would leave the outline of a round sheet a polygon. A tangent is that of the circle through a
+vertex and its two neighbours, or of the straight line that ends there.
 """
 
 from __future__ import annotations

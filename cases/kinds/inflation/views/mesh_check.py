@@ -134,7 +134,7 @@ def _legend(figure: Any, bag: Bag, marks: Sequence[Spot]) -> None:
     entries: list[Any] = [Patch(color=MEMBRANE, label=f"membrane, {bag.membrane.n_elements}")]
     if bag.inlet is not None:
         entries.append(Patch(color=INLET, label=f"inlet, {bag.inlet.n_elements} triangles"))
-    for mark in marks:
-        dot = Line2D([], [], color=MARK, marker="o", linestyle="none", label=mark.what)
+    for what in dict.fromkeys(mark.what for mark in marks):
+        dot = Line2D([], [], color=MARK, marker="o", linestyle="none", label=what)
         entries.append(dot)
     figure.legend(handles=entries, loc="upper center", ncols=4, frameon=False, fontsize=9)

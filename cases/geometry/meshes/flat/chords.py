@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .facet_mesh import FacetMesh
-from .flat.sheets import told_apart
+from ..facet_mesh import FacetMesh
+from .sheets import told_apart
 
 # Children of a triangle by which of its edges are bisected, in corners 0, 1, 2 and middles
 # 3 (of 01), 4 (of 12), 5 (of 20); others by turning these.
