@@ -27,10 +27,10 @@ from .inlets.inflow import RimCurve, inflow_profile
 from .loading import mesh_warnings
 from .narrowest import narrowest_gap
 from .placing import moved
+from .quality import refuse_coincident
 from .smoothing.curved_mesh import CurvedMesh, curved_mesh
 
 PATCH_CELLS = 12  # of each triangle's side, where the deepest point of the patch is sought
-FLAT = 1e-6  # distance of sheets over the root of their area, below which there is no inside
 RIMS = ("hinged", "clamped")
 
 
@@ -180,6 +180,7 @@ def folded(mesh: CurvedMesh, fold: Map) -> CurvedMesh:
 
 def assembled(mesh: CurvedMesh, chosen: np.ndarray, density: int) -> MeshBag:
     """A closed curved mesh as membrane and inlet (its triangles ``chosen``)."""
+    refuse_coincident(mesh.facets)
     others = np.setdiff1d(np.arange(len(mesh.control)), chosen)
     membrane, membrane_points = part(mesh, others, density)
     inlet, inlet_points = part(mesh, chosen, density) if chosen.size else (None, None)
@@ -204,12 +205,6 @@ def assembled(mesh: CurvedMesh, chosen: np.ndarray, density: int) -> MeshBag:
         profile = _profile(inlet, coefficients[membrane.n_coefficients :], rim)
         faces = _faces(mesh, others, chosen)
     gap = 2.0 * mesh.volume / mesh.area
-    if gap < FLAT * np.sqrt(mesh.area):
-        raise MeshError(
-            f"the sheets lie on each other, {gap:.2g} apart on an area of {mesh.area:.3g}: give "
-            f"geometry.opening half the distance they shall have, "
-            f"{0.01 * np.sqrt(mesh.area):.1g} for a start"
-        )
     narrowest = narrowest_gap(mesh.control, mesh.degree, gap)
     return MeshBag(
         membrane=membrane,

@@ -224,5 +224,5 @@ def test_a_closed_membrane(bodies) -> None:
 def test_sheets_without_distance(bodies) -> None:
     body, _ = bodies.pancake(16)
     flat = FacetMesh(body.points * [1.0, 1.0, 0.0], body.triangles, body.groups)
-    with pytest.raises(MeshError, match=r"the sheets lie on each other.*geometry.opening"):
+    with pytest.raises(MeshError, match=r"sheets coincide.*geometry.opening"):
         mesh_bag(flat, inlet="Inlet", smooth=False)
