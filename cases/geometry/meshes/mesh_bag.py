@@ -27,6 +27,7 @@ from .inlets.inflow import RimCurve, inflow_profile
 from .loading import mesh_warnings
 from .narrowest import narrowest_gap
 from .placing import moved
+from .quality import refuse_coincident
 from .smoothing.curved_mesh import CurvedMesh, curved_mesh
 
 PATCH_CELLS = 12  # of each triangle's side, where the deepest point of the patch is sought
@@ -179,6 +180,7 @@ def folded(mesh: CurvedMesh, fold: Map) -> CurvedMesh:
 
 def assembled(mesh: CurvedMesh, chosen: np.ndarray, density: int) -> MeshBag:
     """A closed curved mesh as membrane and inlet (its triangles ``chosen``)."""
+    refuse_coincident(mesh.facets)
     others = np.setdiff1d(np.arange(len(mesh.control)), chosen)
     membrane, membrane_points = part(mesh, others, density)
     inlet, inlet_points = part(mesh, chosen, density) if chosen.size else (None, None)

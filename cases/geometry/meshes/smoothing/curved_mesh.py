@@ -22,6 +22,7 @@ CHILDREN = np.array(  # corners of the four triangles in local xi, eta of the on
         [[0.5, 0.0], [0.5, 0.5], [0.0, 0.5]],
     ]
 )
+FLAT = 1e-9  # volume over the cube of the size, below which sheets lie on each other
 MOST = 5  # splits: 1024 triangles of each
 
 
@@ -117,7 +118,7 @@ def _note(mesh: CurvedMesh) -> str:
         return "the surface is the facets of the file, not smoothed"
     kind = "smooth surface" if mesh.facets.middles is None else "second-order surface"
     note = f"{kind}: at most {mesh.moved:.3g} ({mesh.moved / size:.2g} of the size) off the facets"
-    if not mesh.closed:
+    if not mesh.closed or abs(mesh.facet_volume) < FLAT * size**3:
         return note
     change = mesh.volume / mesh.facet_volume - 1.0
     return f"{note}; volume {mesh.facet_volume:.5g} before, {mesh.volume:.5g} after ({change:+.2g})"

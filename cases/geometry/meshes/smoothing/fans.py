@@ -17,6 +17,9 @@ from scipy.sparse.csgraph import connected_components
 
 from shells.surfaces.triangles.edge_graph import EdgeGraph
 
+SWEEPS = 2  # the first brings most: errors on raw ellipsoids halve
+SPREAD = 0.05  # of a plane's two directions, below which edges do not span it
+
 
 @dataclass(frozen=True)
 class Fans:
@@ -79,6 +82,62 @@ def fan_normals(
     return unit(np.where(is_flat[:, None], level, area)), is_flat
 
 
+class _Reach:
+    """Edges seen from both ends: the fan here, the one at the other end, and the way there."""
+
+    def __init__(self, points: np.ndarray, triangles: np.ndarray, graph: EdgeGraph, fans: Fans):
+        both = graph.triangles[:, 1] >= 0
+        tri, side = graph.triangles[both, 0], graph.sides[both, 0]
+        ends = np.stack([side, (side + 1) % 3], axis=1)
+        ends, tri = np.concatenate([ends, ends[:, ::-1]]), np.concatenate([tri, tri])
+        self.here, self.there = fans.of_corner[tri[:, None], ends].T
+        self.way = unit(np.diff(points[triangles[tri[:, None], ends]], axis=1)[:, 0])
+
+    def of(self, used: np.ndarray) -> _Reach:
+        """Some of them."""
+        part = object.__new__(_Reach)
+        part.here, part.there, part.way = self.here[used], self.there[used], self.way[used]
+        return part
+
+    def leaving(self, normals: np.ndarray) -> np.ndarray:
+        """Unit tangents here of arcs that arrive there in the tangent plane."""
+        arriving = _in_plane(self.way, normals[self.there])
+        return 2.0 * np.sum(self.way * arriving, axis=1, keepdims=True) * self.way - arriving
+
+
+def _in_plane(way: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    return unit(way - np.sum(way * normals, axis=1, keepdims=True) * normals)
+
+
+def balanced(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    graph: EdgeGraph,
+    fans: Fans,
+    normals: np.ndarray,
+    fixed: np.ndarray,
+) -> np.ndarray:
+    """Normals ``(n_fans, 3)`` that make edges as steep at one end as at the other, where they can.
+
+    A plane least off the tangents half way between its own and those of arcs from its neighbours:
+    where long edges meet short ones a normal alone would bulge the long ones.
+    """
+    reach = _Reach(points, triangles, graph, fans)
+    free = ~fixed & ~fans.open
+    reach = reach.of(free[reach.here] & ~fans.open[reach.there])
+    for _ in range(SWEEPS):
+        own = _in_plane(reach.way, normals[reach.here])
+        wanted = unit(own + reach.leaving(normals))
+        spread = np.zeros((len(normals), 3, 3))
+        np.add.at(spread, reach.here, wanted[:, :, None] * wanted[:, None, :])
+        values, axes = np.linalg.eigh(spread)
+        found = axes[:, :, 0]
+        found *= np.sign(np.sum(found * normals, axis=1, keepdims=True))
+        done = free & (values[:, 1] > SPREAD * values[:, 2]) & (values[:, 2] > 0.0)
+        normals = np.where(done[:, None], found, normals)
+    return normals
+
+
 def steered(
     points: np.ndarray,
     triangles: np.ndarray,
@@ -101,20 +160,10 @@ def steered(
     steer : (n_fans,) bool array
         Fans to be steered.
     """
-    both = graph.triangles[:, 1] >= 0
-    tri, side = graph.triangles[both, 0], graph.sides[both, 0]
-    ends = np.stack([side, (side + 1) % 3], axis=1)
-    ends = np.concatenate([ends, ends[:, ::-1]])
-    tri = np.concatenate([tri, tri])
-    here, inner = fans.of_corner[tri, ends[:, 0]], fans.of_corner[tri, ends[:, 1]]
-    used = steer[here] & ~fans.open[inner]
-    here, inner, tri, ends = here[used], inner[used], tri[used], ends[used]
-    edge = np.diff(points[triangles[tri[:, None], ends]], axis=1)[:, 0]
-    d, n = unit(edge), normals[inner]
-    arriving = unit(d - np.sum(d * n, axis=1, keepdims=True) * n)
-    leaving = 2.0 * np.sum(d * arriving, axis=1, keepdims=True) * d - arriving
+    reach = _Reach(points, triangles, graph, fans)
+    reach = reach.of(steer[reach.here] & ~fans.open[reach.there])
     inward = np.zeros_like(normals)
-    np.add.at(inward, here, leaving)
+    np.add.at(inward, reach.here, reach.leaving(normals))
     found = np.cross(along, inward)
     found *= np.sign(np.sum(found * normals, axis=1, keepdims=True))
     done = np.linalg.norm(found, axis=1) > 1e-3

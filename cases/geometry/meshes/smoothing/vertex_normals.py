@@ -13,7 +13,7 @@ import numpy as np
 
 from shells.surfaces.triangles.edge_graph import EdgeGraph
 
-from .fans import fan_normals, fans_between, inverted, steered, unit
+from .fans import balanced, fan_normals, fans_between, inverted, steered, unit
 
 SAME_ANGLE = 1e-8  # radians that rounding may add to an angle given by the user
 FLAT = 5e-4  # radians up to which facets are one plane, and edges one line
@@ -75,6 +75,7 @@ def vertex_frames(
     tangents = _tangents(points, graph.vertices[curved], n_curved, crease)
     fans = fans_between(triangles, graph, sharp)
     normals, level = fan_normals(points, triangles, fans, flat)
+    normals = balanced(points, triangles, graph, fans, normals, level)
     along = np.zeros_like(normals)
     along[fans.of_corner] = tangents[triangles]
     steer = fans.open & ~level & along.any(axis=1)

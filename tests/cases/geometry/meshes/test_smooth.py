@@ -17,12 +17,12 @@ def places(mesh) -> np.ndarray:
     return (functions("triangle", mesh.degree, XI, ETA) @ mesh.control).reshape(-1, 3)
 
 
-# measured: volume 8e-7, 7e-7, 1.4e-4, 2.3e-5; facets are 3.4e-2 and 1.4e-2 off
+# facets enclose 3.4e-2 and 1.4e-2 too little
 @pytest.mark.parametrize(
     ("body", "size", "degree", "radius", "volume"),
     [
-        ("icosphere", 2, 3, 4e-6, 1e-6),
-        ("raw_sphere", 400, 3, 6e-6, 1e-6),
+        ("icosphere", 2, 3, 6e-6, 5e-6),
+        ("raw_sphere", 400, 3, 2e-6, 3e-7),
         ("icosphere", 2, 2, 1.3e-4, 1.6e-4),
         ("raw_sphere", 400, 2, 3e-5, 3e-5),
     ],
@@ -39,10 +39,53 @@ def test_a_flat_bag_with_a_round_rim(bodies) -> None:
     """Normals at joints of flat sheets and rims are the sheets': 1.1e-2 off otherwise."""
     body, volume = bodies.pancake(24)
     mesh = curved_mesh(body)
-    assert abs(mesh.volume / volume - 1.0) < 1e-4  # measured 4.9e-5; facets 1.6e-2
+    assert abs(mesh.volume / volume - 1.0) < 2e-4  # measured 1.7e-4; facets 1.6e-2
     x = places(mesh)
     inner = np.hypot(x[:, 0], x[:, 1]) < 3.9
     assert np.abs(np.abs(x[inner, 2]) - 0.5).max() < 1e-12
+
+
+def test_a_raw_ellipsoid(bodies) -> None:
+    """Normals of neighbours balance each other: 1.34e-4 off without, and on spheres exact."""
+    axes = np.array([1.0, 0.7, 0.4])
+    sphere = bodies.raw_sphere(400)
+    x = places(curved_mesh(FacetMesh(sphere.points * axes, sphere.triangles), crease=60.0))
+    off = (np.sum((x / axes) ** 2, axis=1) - 1.0) / np.linalg.norm(2.0 * x / axes**2, axis=1)
+    assert np.sqrt(np.mean(off**2)) < 8e-5  # measured 7.8e-5; facets 2.8e-3
+
+
+def test_short_edges_do_not_bulge_long_ones(bodies) -> None:
+    """A sheet 1 off its middle, with a row of short elements at its rim."""
+    radius = np.r_[0.0, 2.0, 5.0, 8.0, 9.5, 10.0]
+    height = np.r_[1.0, 1.0, 1.0, 1.0, 0.75, 0.0]
+    r, z = np.r_[radius, radius[-2::-1]], np.r_[-height, height[-2::-1]]
+    x = places(curved_mesh(bodies.revolved(r, z, 24), crease=60.0))
+    assert np.abs(x[:, 2]).max() < 1.003  # measured 1.0019; 1.026 by normals alone
+
+
+def test_a_rolled_sheet_is_unstretched(bodies) -> None:
+    """Flat reference and cylinder of the same triangles: both smooth surfaces are isometric."""
+    grid = np.random.default_rng(3).uniform(-0.2, 0.2, (9, 7, 2))
+    grid[[0, -1]], grid[:, [0, -1]] = 0.0, 0.0
+    i, j = np.meshgrid(range(9), range(7), indexing="ij")
+    s, y = 0.35 * (i + grid[..., 0]).ravel(), 0.8 * (j + grid[..., 1]).ravel()
+    k = (7 * i + j)[:-1, :-1].ravel()
+    triangles = np.concatenate(
+        [np.stack([k, k + 7, k + 8], axis=1), np.stack([k, k + 8, k + 1], axis=1)]
+    )
+    rolled = np.stack([np.sin(s), y, np.cos(s)], axis=1)
+    flat = np.stack([s, y, 0.0 * s], axis=1)
+    mesh = curved_mesh(FacetMesh(rolled, triangles, reference=flat))
+    orders = ((1, 0), (0, 1))
+    now, cut = (
+        np.stack([functions("triangle", 3, XI, ETA, order) @ c for order in orders], axis=-1)
+        for c in (mesh.control, mesh.flat)
+    )
+    squares = np.linalg.eigvals(
+        np.linalg.solve(np.swapaxes(cut, -1, -2) @ cut, np.swapaxes(now, -1, -2) @ now)
+    )
+    strain = np.abs(squares.real - 1.0)[(np.abs(y[triangles] - 2.4) < 1.7).all(axis=1)]
+    assert strain.max() < 0.03  # measured 0.024; 0.10 if the axis' part grew, too
 
 
 def test_the_facets_themselves(bodies) -> None:
@@ -63,7 +106,7 @@ def test_creases_stay_sharp_and_their_curves_smooth(bodies) -> None:
     lid = x[:, 2] < 1e-3
     assert np.abs(x[lid, 2]).max() < 1e-14
     assert np.hypot(x[:, 0], x[:, 1]).max() < 1.0 + 1e-5
-    assert abs(mesh.volume / np.pi - 1.0) < 1.5e-4  # measured 1.13e-4; facets 1.1e-2
+    assert abs(mesh.volume / np.pi - 1.0) < 1e-4  # measured 7.5e-5; facets 1.1e-2
     sharp = curved_mesh(drum(bodies), crease=10.0)  # the wall's own edges turn by 15 degrees
     assert np.hypot(*places(sharp)[:, :2].T)[places(sharp)[:, 2] == 0.5].min() < 0.9925
 
