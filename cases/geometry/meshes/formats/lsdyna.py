@@ -92,7 +92,7 @@ def _blocks(text: str) -> Iterator[tuple[int, str, str, list[tuple[int, str]]]]:
 
 def _take(deck: _Deck, line: int, keyword: str, options: str, rows: list) -> None:
     """One keyword with its lines."""
-    mark = keyword[-1] if keyword[-1] in "%+-" else options[:1]
+    mark = keyword[-1:] if keyword[-1:] in ("%", "+", "-") else options[:1]
     keyword = keyword.rstrip("%+-")
     wide = mark == "+" or (deck.long and mark != "-")
     loose = mark == "%"
