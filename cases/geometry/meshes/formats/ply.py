@@ -18,6 +18,7 @@ from cases.geometry.meshes.formats.cells import (
     labelled,
 )
 from cases.geometry.meshes.formats.cursor import Cursor
+from cases.geometry.meshes.formats.text import cut_short
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -62,6 +63,7 @@ def read(data: bytes) -> CellMesh:
             left += [] if labels else [name]
     left += [name for name in found if name not in ("vertex", "face")]
     notes = [f"left out: {', '.join(left)}"] if left else []
+    notes += cut_short(data) if order == "=" else []
     return CellMesh(points, _cells(corners, len(points)), groups, notes=notes)
 
 
