@@ -244,8 +244,8 @@ def compression_error(method: str, tolerance: float, eps: float) -> float:
 
 def larger_unknowns(n_elements: int, degree: int, shape: str = "quadrilateral") -> int:
     """Unknowns of the density space that measures the mesh's share, see `flows.mesh_share`."""
-    columns = degree + 1 if shape == "quadrilateral" else 0.5 * degree + 1.0
-    return int(3 * n_elements * (degree + 1) * columns)
+    triangle = (degree + 2) * (degree + 3) // 2
+    return 3 * n_elements * ((degree + 1) ** 2 if shape == "quadrilateral" else triangle)
 
 
 def film_error(film: float) -> float:

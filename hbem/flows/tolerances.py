@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..accuracy import Budget, budget
 from ..layers.choice import Compression, choose, sharper
 from ..near.facing_gap import FacingGap
-from ..surfaces.narrowest_gap import narrowest
+from ..surfaces.narrowest_gap import largest_extent, narrowest
 from ..surfaces.patches import SurfacePatches
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
@@ -40,9 +40,11 @@ def flow_budget(surface: SampledSurface, facing: FacingGap | None, tolerance: fl
     gap, film = narrowest(surface), film_ratio(facing)
     distance, extent = gap.distance, gap.extent
     # between samples a curved gap is wider than it is
-    thinner = facing is not None and facing.distance < 2.0 * facing.film_length * gap.thinness
-    if facing is not None and film > 0.0 and thinner:
-        distance, extent = facing.distance, facing.film_length
+    if facing is not None and film > 0.0:
+        # no film is longer than the body; between flat facets only rounding bounds its length
+        length = min(facing.film_length, largest_extent(surface))
+        if facing.distance < 2.0 * length * gap.thinness:
+            distance, extent = facing.distance, length
     found = budget(tolerance, distance, extent, film)
     check_gap(surface, distance, tolerance)
     return found

@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..surfaces.narrowest_gap import NEIGHBOURS, opposed_neighbours
+from ..surfaces.narrowest_gap import FAT, NEIGHBOURS, largest_extent, opposed_neighbours
 from ..surfaces.surface_points import SampledSurface
 
 
@@ -26,8 +26,10 @@ def facing_candidates(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of elements and starts ``(n, 4)`` from their closest samples."""
     points, per = surface.outer.offsets, surface.outer.per_element
+    reach = FAT * largest_extent(surface)
     pairs = [
-        _flat(mine, index) for mine, index in opposed_neighbours(points, surface.outer.normals)
+        _flat(mine, index)
+        for mine, index in opposed_neighbours(points, surface.outer.normals, reach)
     ]
     pairs += _between_bodies(points, np.repeat(body, per))
     if not pairs:

@@ -17,6 +17,7 @@ from .surface_points import SampledSurface
 
 OPPOSED = -0.7  # cosine between normals of walls that face each other
 NEIGHBOURS = 8
+FAT = 0.7  # extents within which walls are sought: no table knows gaps of that thinness, 0.35
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ class NarrowestGap:
 def narrowest(surface: SampledSurface) -> NarrowestGap:
     """The narrowest gap of a sampled surface, inside or outside."""
     outer = surface.outer
-    distance = facing_distance(outer.offsets, outer.normals)
+    reach = FAT * largest_extent(surface)
+    distance = facing_distance(outer.offsets, outer.normals, reach)
     order = np.argsort(distance)
     area = np.cumsum(outer.weights[order])
     extent = np.sqrt(area / (2.0 * np.pi))
@@ -47,14 +49,19 @@ def narrowest(surface: SampledSurface) -> NarrowestGap:
     return NarrowestGap(float(distance[order[at]]), float(extent[at]))
 
 
-def facing_distance(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def largest_extent(surface: SampledSurface) -> float:
+    """Extent of a gap to which the whole surface belongs."""
+    return float(np.sqrt(surface.outer.weights.sum() / (2.0 * np.pi)))
+
+
+def facing_distance(points: np.ndarray, normals: np.ndarray, reach: float = np.inf) -> np.ndarray:
     """Distance from each point to the nearest wall that faces it, ``(n,)``; inf if none does.
 
     Measured along the mean normal, so that samples need not lie exactly opposite each other.
     """
     found = np.full(points.shape[0], np.inf)
     spacing = _spacing(points)
-    for mine, index in opposed_neighbours(points, normals):
+    for mine, index in opposed_neighbours(points, normals, reach):
         offset = points[index] - points[mine, None]
         mean = normals[mine, None] - normals[index]
         length = np.linalg.norm(mean, axis=-1)
@@ -68,11 +75,12 @@ def facing_distance(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
 
 
 def opposed_neighbours(
-    points: np.ndarray, normals: np.ndarray
+    points: np.ndarray, normals: np.ndarray, reach: float = np.inf
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The nearest points with roughly opposed normals: some points and ``(n, k)`` indices each.
 
-    Every point that has any occurs once.
+    Every point that has any within ``reach`` occurs once. Without that bound a search on a sphere
+    looks at all opposite points, which are equally far.
     """
     directions = _directions()
     nearest = np.argmax(normals @ directions.T, axis=1)
@@ -81,8 +89,12 @@ def opposed_neighbours(
         other = np.flatnonzero(normals @ directions[d] < OPPOSED)
         if mine.size and other.size:
             k = min(NEIGHBOURS, other.size)
-            _, index = cKDTree(points[other]).query(points[mine], k=k)
-            yield mine, other[index.reshape(mine.size, k)]
+            tree = cKDTree(points[other])
+            _, index = tree.query(points[mine], k=k, distance_upper_bound=reach)
+            index = index.reshape(mine.size, k)
+            some = index[:, 0] < other.size
+            index = np.where(index < other.size, index, index[:, :1])[some]
+            yield mine[some], other[index]
 
 
 def _spacing(points: np.ndarray) -> np.ndarray:

@@ -101,6 +101,10 @@ class RawBody:
         control[:, index[1, 1, 1]] = 1.5 * edges - 0.5 * vertices.mean(axis=1)
         return control
 
+    def part(self, kept: np.ndarray) -> RawBody:
+        """Some of the triangles, ``kept (n,) bool``: a membrane or its inlet."""
+        return RawBody(self.triangles[kept], self.corners[kept], self.shape, self.normal)
+
     def scaled(self, factors: np.ndarray) -> RawBody:
         """The body stretched along the axes: an ellipsoid from a sphere."""
         factors = np.asarray(factors, dtype=float)
