@@ -131,6 +131,12 @@ def _parser() -> argparse.ArgumentParser:
             metavar="KEY=VALUE",
             help="override one key, for example --set time.dt=8 (repeatable)",
         )
+    check.add_argument(
+        "--picture",
+        metavar="FILE",
+        type=Path,
+        help="where a user's mesh is drawn (default: <scene>-check.png)",
+    )
     run.add_argument("--out", metavar="DIR", help="run folder (default: runs/<scene>-<n>)")
     resume = command("resume", _resume, "continue a run from its last checkpoint")
     report = command("report", _report, "draw the pictures of a run again")
@@ -171,7 +177,11 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     scene = loader.runnable(options.scene, options.overrides)
-    show(scene, KINDS[scene.kind].forecast(scene))
+    found = KINDS[scene.kind].forecast(scene)
+    show(scene, found)
+    if found.picture is not None:
+        path = options.picture or Path(f"{scene.name}-check.png")
+        print(f"picture: {found.picture(path)}")
     return COMPLETED
 
 

@@ -9,8 +9,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, fields, is_dataclass
 from typing import Any
+
+from .input_file import InputFile, LocatedName
 
 REACH = 1e20  # largest size of a number, its inverse the smallest one
 SHOWN = 60  # characters of a bad value in a message
@@ -48,7 +50,9 @@ def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
         valid = ", ".join(map(repr, choices))
         why = f": {limits['why']}" if "why" in limits else ""
         return [] if value in choices else [f"{path}: {shown(value)} is none of {valid}{why}"]
-    if isinstance(value, str | bool):
+    if not isinstance(value, int | float | tuple) or isinstance(value, bool):
+        return []
+    if isinstance(value, tuple) and not all(isinstance(v, int | float) for v in value):
         return []
     values = value if isinstance(value, tuple) else (value,)
     wrong = [
@@ -96,10 +100,16 @@ def literal(value: Any) -> str:
     """
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, InputFile | LocatedName):
+        return literal(value.name)
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):
         return "[" + ", ".join(literal(entry) for entry in value) + "]"
     if isinstance(value, int | float):
         return repr(value)
+    if is_dataclass(value):  # an inline table, without what is as usual
+        own = {f.name: getattr(value, f.name) for f in fields(value)}
+        said = {f.name for f in fields(value) if own[f.name] != f.default}
+        return "{ " + ", ".join(f"{k} = {literal(own[k])}" for k in own if k in said) + " }"
     raise TypeError(f"no TOML literal for {value!r}")

@@ -9,20 +9,21 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from functools import cache
 from pathlib import Path
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, get_type_hints
 
+from .input_file import InputFile, LocatedName
 from .kinds import KINDS
 from .kinds.kind import Kind
-from .limits import finite, named, out_of_range, shown
-from .scene_file import last_resort, names, nearest, parse, text_of
+from .limits import named, out_of_range, shown
+from .scene_file import home_of, last_resort, names, nearest, parse, text_of
 from .scene_text import field_names
 from .sections import DETERMINED, AnyScene, Choice, Physical, SceneError
+from .values import MISSING, entries, value
 
 _TOP = {"name": str, "description": str}
-_TYPES = {str: "a string", bool: "true or false", int: "a whole number", float: "a number"}
 _LONGEST = {"name": 100, "description": 1000}
-_MISSING = object()
 _WORDS = {
     "kind",
     *(s.key for kind in KINDS.values() for s in kind.sections.values() if isinstance(s, Choice)),
@@ -55,9 +56,11 @@ def read(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
 
 def _read(scene: str | Path, text: str, overrides: Sequence[str]) -> AnyScene:
     table = parse(str(scene), text)
+    _locate(table, home_of(scene))
     # words that choose tables first: these take the other overrides, in whatever order given
     ordered = sorted(overrides, key=lambda item: item.partition("=")[0].strip() not in _WORDS)
     errors = [message for item in ordered for message in _override(table, item)]
+    _locate(table, Path.cwd())  # names on the command line count from here
     table.setdefault("name", Path(scene).stem)
     return _scene(table, errors)
 
@@ -73,6 +76,29 @@ def runnable(scene: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     found = read(scene, overrides)
     with last_resort(found.name, found):
         KINDS[found.kind].sizes(found).check()
+    return found
+
+
+def _locate(table: dict[str, Any], folder: Path) -> None:
+    """Say of names of files which folder they count from, where that is not known yet."""
+    for section, keys in _file_keys().items():
+        part = table.get(section)
+        if not isinstance(part, dict):
+            continue
+        for key in keys:
+            if isinstance(part.get(key), str):
+                part[key] = LocatedName(part[key], folder)
+
+
+@cache
+def _file_keys() -> dict[str, set[str]]:
+    """Keys of each section, of any kind and shape, that name files."""
+    found: dict[str, set[str]] = {}
+    for kind in KINDS.values():
+        for name, section in kind.sections.items():
+            for table in section.tables.values() if isinstance(section, Choice) else (section,):
+                keys = {k for k, hint in get_type_hints(table).items() if hint is InputFile}
+                found.setdefault(name, set()).update(keys)
     return found
 
 
@@ -129,8 +155,8 @@ def _scene(table: Mapping[str, Any], errors: list[str]) -> AnyScene:
     for key in table:
         if key not in known:
             errors.append(f"{named(key)}: unknown key{nearest(key, known)}")
-    values = {key: _value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
-    values = {key: "" if value is _MISSING else value for key, value in values.items()}
+    values = {key: value(key, table.get(key, ""), type_, errors) for key, type_ in _TOP.items()}
+    values = {key: "" if found is MISSING else found for key, found in values.items()}
     errors += [m for key in _TOP for m in _unreadable(key, values[key], errors)]
     sections = {
         name: _section(name, section, table, errors)
@@ -182,23 +208,16 @@ def _section(name: str, section: type | Choice, scene: Mapping[str, Any], errors
     if not isinstance(table, dict):
         errors.append(f"{name}: must be a section [{name}], not {shown(table)}")
         return table_type()
-    hints, limits = get_type_hints(table_type), {f.name: f for f in fields(table_type)}
-    good = {}
+    good, known = {}, field_names(table_type)
     for key, raw in table.items():
         path = f"{name}.{named(key)}"
         if choice is not None and path == choice.key:
             continue
-        if key not in limits:
+        if key not in known:
             errors.append(f"{path}: {_unknown(key, table_type, choice, scene)}")
             continue
-        value = _value(path, raw, hints[key], errors)
-        if value is _MISSING:
-            continue
-        wrong = out_of_range(path, value, limits[key].metadata)
-        errors += wrong
-        if not wrong:
-            good[key] = value
-    return table_type(**good)
+        good[key] = raw
+    return table_type(**entries(name, good, table_type, errors))
 
 
 def _chosen(name: str, choice: Choice, scene: Mapping[str, Any], errors: list[str]) -> type:
@@ -221,30 +240,6 @@ def _unknown(key: str, table: type, choice: Choice | None, scene: Mapping[str, A
     return f"unknown key{nearest(key, field_names(table))}"
 
 
-def _value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
-    """``raw`` as ``kind``, or `_MISSING` after a message."""
-    if get_origin(kind) is tuple:
-        return _pair(path, raw, get_args(kind), errors)
-    number = kind in (int, float) and type(raw) in (int, float)
-    if number and not finite(raw):
-        errors.append(f"{path}: must be finite, not {shown(raw)}")
-        return _MISSING
-    if type(raw) is not kind and not (number and kind is float):
-        errors.append(f"{path}: must be {_TYPES[kind]}, not {shown(raw)}")
-        return _MISSING
-    return kind(raw)
-
-
-def _pair(path: str, raw: Any, kinds: tuple[type, ...], errors: list[str]) -> Any:
-    if not isinstance(raw, list) or len(raw) != len(kinds):
-        errors.append(f"{path}: must be a list of {len(kinds)} numbers, not {shown(raw)}")
-        return _MISSING
-    entries = [
-        _value(f"{path}[{i}]", *pair, errors) for i, pair in enumerate(zip(raw, kinds, strict=True))
-    ]
-    return _MISSING if any(entry is _MISSING for entry in entries) else tuple(entries)
-
-
 def _given_twice(table: Mapping[str, Any]) -> list[str]:
     """Dimensionless keys beside a [physical] table that determines them."""
     sections = {name: part for name, part in table.items() if isinstance(part, dict)}
@@ -264,9 +259,9 @@ def _absent(physical: Any) -> list[str]:
 
 def _with_groups(scene: Any, physical: Physical) -> AnyScene:
     """Scene whose dimensionless groups follow from its [physical] table."""
-    for path, value in physical.groups().items():
+    for path, number in physical.groups().items():
         section, key = path.split(".")
-        scene = replace(scene, **{section: replace(getattr(scene, section), **{key: value})})
+        scene = replace(scene, **{section: replace(getattr(scene, section), **{key: number})})
     return scene
 
 

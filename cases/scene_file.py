@@ -25,6 +25,12 @@ def names() -> list[str]:
     return sorted(entry.name[:-5] for entry in folder().iterdir() if entry.name.endswith(".toml"))
 
 
+def home_of(scene: str | Path) -> Path:
+    """The folder that names of files in a scene count from."""
+    shipped = str(scene) in names() if isinstance(scene, str) else False
+    return Path(str(folder())) if shipped else Path(scene).resolve().parent
+
+
 def text_of(scene: str | Path) -> str:
     """Text of a shipped scene or of a file."""
     path = Path(scene)

@@ -242,9 +242,10 @@ def compression_error(method: str, tolerance: float, eps: float) -> float:
     return math.sqrt(low * high)
 
 
-def larger_unknowns(n_elements: int, degree: int) -> int:
+def larger_unknowns(n_elements: int, degree: int, shape: str = "quadrilateral") -> int:
     """Unknowns of the density space that measures the mesh's share, see `flows.mesh_share`."""
-    return 3 * n_elements * (degree + 1) ** 2
+    columns = degree + 1 if shape == "quadrilateral" else 0.5 * degree + 1.0
+    return int(3 * n_elements * (degree + 1) * columns)
 
 
 def film_error(film: float) -> float:

@@ -8,10 +8,16 @@ from .conditions.supports import hinge as hinge
 from .conditions.supports import pin as pin
 from .conditions.supports import supported as supported
 from .conditions.supports import symmetry as symmetry
+from .conditions.triangle_edges import edge_load as edge_load
+from .conditions.triangle_edges import hold_edges as hold_edges
+from .conditions.triangle_edges import rim_edges as rim_edges
 from .energy.densities import NeoHookean as NeoHookean
 from .energy.densities import Skalak as Skalak
 from .energy.densities import TensionField as TensionField
 from .energy.hyperelastic import HyperelasticShell as HyperelasticShell
+from .energy.kinks.edge_geometry import kink_angles as kink_angles
+from .energy.kinks.edge_tables import HeldSlopes as HeldSlopes
+from .energy.kinks.triangle_shell import TriangleShell as TriangleShell
 from .energy.kirchhoff_love import KirchhoffLove as KirchhoffLove
 from .energy.material import Material as Material
 from .energy.stress import stress as stress
@@ -28,3 +34,5 @@ from .equilibrium.structure import ShellStructure as ShellStructure
 from .surfaces.spline_surface import SplineSurface as SplineSurface
 from .surfaces.splines import SplineSpace as SplineSpace
 from .surfaces.surface_basis import SurfaceBasis as SurfaceBasis
+from .surfaces.triangles.triangle_basis import TriangleBasis as TriangleBasis
+from .surfaces.triangles.triangle_surface import TriangleSurface as TriangleSurface

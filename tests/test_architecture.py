@@ -31,8 +31,8 @@ FLOORS = {
         "navier_stokes", "model_adaptivity", "partitions",
     ),
     "cases": (
-        "machine limits", "sections", "scene_file scene_text", "output", "geometry", "kinds",
-        "loader", "runs", "benchmarks scenes", "cli",
+        "machine input_file", "limits", "sections", "scene_file scene_text", "values", "output",
+        "geometry", "kinds", "loader", "runs", "benchmarks scenes", "cli",
     ),
 }  # fmt: skip
 NUMBA_OPTIONS = {"cache": True, "error_model": "numpy"}

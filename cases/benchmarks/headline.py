@@ -37,6 +37,13 @@ HEADLINE = (
         "{error:.0e}",
     ),
     Headline(
+        "meshes",
+        r"plate, degree 3, 878 triangles",
+        "bending of a plate on a raw mesh of {triangles} cubic triangles, in H2",
+        "rate {rate}",
+        "{error:.1e}",
+    ),
+    Headline(
         "honesty",
         r"flows: quadrature",
         "tractions in thin gaps against the finest rule: {tried} solves",

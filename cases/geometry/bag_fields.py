@@ -43,7 +43,7 @@ class BagFields:
         velocity: np.ndarray | None = None,
         tessellate: int = 3,
     ) -> dict[str, Any]:
-        """Quadrilaterals with point and cell data; see `BagSampler.surface_grid`."""
+        """Cells with point and cell data; see `BagSampler.surface_grid`."""
         grid: dict[str, Any] = self.sampler.surface_grid(
             coefficients, traction, velocity, tessellate
         )
@@ -69,7 +69,7 @@ class BagFields:
             points = mesh.sample @ body.coefficients
             apart = 10.0 * np.ptp(points, axis=0).max()
             known = np.column_stack([points[vertices], apart * element])
-            asked = np.repeat(np.arange(n_elements), (tessellate + 1) ** 2)
+            asked = np.repeat(np.arange(n_elements), len(grid["points"]) // n_elements)
             found = cKDTree(known).query(np.column_stack([grid["points"], apart * asked]))[1]
             self._known[tessellate] = vertices[found]
         return self._known[tessellate]

@@ -1,7 +1,7 @@
 """What a folded bag is like before it is run: stretches, resolution, gaps, what its patch faces.
 
 Measured on the fitted surface, not on the exact one: a mesh too coarse for its folds shows here.
-Needs neither scikit-fem nor numba; crossings need the optional extra ``contact``.
+Needs neither scikit-fem nor numba.
 """
 
 from __future__ import annotations
@@ -10,11 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .crumple import sampled
-from .folded import FoldedBag
+from shells.surfaces.local_elements import lattice, middle, rule
+
+from .bag import Bag
+from .bag_sampler import corner_triangles, tangents, triangulated
 
 ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
 QUANTILES = (0.0, 0.01, 0.99, 1.0)
+CELLS = 4  # per element side, of the test for crossings
 AT_REST = 1e-10  # strains below which their signs are rounding
 
 
@@ -42,18 +45,17 @@ class Inspection:
     faced: float
     crosses: bool
 
-    def warnings(self) -> list[str]:
-        """Rules that are broken, with the remedy."""
+    def warnings(self, finer: str) -> list[str]:
+        """Rules that are broken, with the remedy; ``finer`` says how a mesh is refined."""
         found = []
         if self.crosses:
             found.append(
-                "the folded bag crosses itself: refine the mesh (mesh.around) or lower geometry.gap"
+                f"the folded bag crosses itself: {finer}, or give its sheets less distance"
             )
         if self.per_radius < 0.75 * ELEMENTS_PER_RADIUS:
             found.append(
                 f"{self.per_radius:.2g} elements a fold radius: below 1 the fold is a polygon, "
-                f"and strains need 2 (3 % error); raise mesh.around by "
-                f"{2.0 / self.per_radius:.2g}"
+                f"and strains need 2 (3 % error): {finer} by {2.0 / self.per_radius:.2g}"
             )
         if self.faced < np.inf:
             found.append(
@@ -63,22 +65,25 @@ class Inspection:
         return found
 
 
-def inspect(bag: FoldedBag) -> Inspection:
+def inspect(bag: Bag) -> Inspection:
     """Measure a folded bag."""
     return Inspection(
         stretches(bag),
         _elements_per_radius(bag),
-        bag.folding.bending,
+        0.0 if bag.folding is None else bag.folding.bending,
         faced(bag),
-        _crosses(bag),
+        triangulated(bag, CELLS).intersects(bag.coefficients),
     )
 
 
-def _tangents(bag: FoldedBag, c: np.ndarray, points: int = 2) -> tuple[np.ndarray, np.ndarray]:
-    x = np.polynomial.legendre.leggauss(points)[0]
-    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
-    s, t = (bag.membrane.sample(xi, eta, k) @ c[: bag.n_membrane] for k in (0, 1))
-    return s, t
+def _metrics(bag: Bag, points: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Metrics of the flat and of the folded membrane at points of a rule, and its weights."""
+    membrane, n = bag.membrane, bag.n_membrane
+    xi, eta, weights = rule(membrane.shape, points)
+    flat, folded = (
+        metric(*tangents(membrane, c[:n], (xi, eta))) for c in (bag.cut, bag.coefficients)
+    )
+    return flat, folded, np.tile(weights, membrane.n_elements)
 
 
 def metric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -87,12 +92,12 @@ def metric(s: np.ndarray, t: np.ndarray) -> np.ndarray:
     return np.array([[np.sum(s * s, axis=1), st], [st, np.sum(t * t, axis=1)]]).transpose(2, 0, 1)
 
 
-def stretches(bag: FoldedBag) -> np.ndarray:
+def stretches(bag: Bag) -> np.ndarray:
     """Quantiles of the principal stretches of the folded against the flat bag, by flat area."""
-    flat, folded = (metric(*_tangents(bag, c)) for c in (bag.flat, bag.coefficients))
+    flat, folded, weights = _metrics(bag, 2)
     squares = np.linalg.eigvals(np.linalg.solve(flat, folded)).real
     order = np.argsort(squares, axis=None)
-    area = np.repeat(np.sqrt(np.linalg.det(flat)), 2)[order]
+    area = np.repeat(weights * np.sqrt(np.linalg.det(flat)), 2)[order]
     share = np.cumsum(area) / area.sum()
     at = np.minimum(np.searchsorted(share, QUANTILES), order.size - 1)
     return np.sqrt(squares.ravel()[order][at])
@@ -112,49 +117,44 @@ def zones(e1: np.ndarray, e2: np.ndarray, poisson_ratio: float) -> np.ndarray:
     return np.where(np.maximum(np.abs(e1), np.abs(e2)) > AT_REST, state, 0)
 
 
-def strain_energy(bag: FoldedBag, poisson_ratio: float = 0.0, share: float = 1.0) -> float:
+def strain_energy(bag: Bag, poisson_ratio: float = 0.0, share: float = 1.0) -> float:
     """Membrane energy of the folded against the flat bag, of unit stiffness [T 2.17].
 
     With a share below 1, of a tension field that keeps it against compression.
     """
-    flat, folded = (metric(*_tangents(bag, c, 3)) for c in (bag.flat, bag.coefficients))
+    flat, folded, weights = _metrics(bag, 3)
     e1, e2 = principal_strains(flat, folded)
     density = e1**2 + e2**2 + 2.0 * poisson_ratio * e1 * e2
     state = zones(e1, e2, poisson_ratio)
     relaxed = np.where(state == 1, (1.0 - poisson_ratio**2) * e1**2, 0.0)
     density = np.where(state == 0, density, share * density + (1.0 - share) * relaxed)
-    w = np.polynomial.legendre.leggauss(3)[1]
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), bag.membrane.n_elements)
     return float(0.5 * (weights * np.sqrt(np.linalg.det(flat))) @ density)
 
 
-def _elements_per_radius(bag: FoldedBag) -> float:
-    """Fold radius over the longest element side along x of the flat bag, on folds."""
-    if not np.isfinite(bag.folding.radius):
+def _elements_per_radius(bag: Bag) -> float:
+    """Fold radius over the longest element along x of the flat bag, on folds."""
+    fold = bag.folding
+    if fold is None or not np.isfinite(fold.radius):
         return np.inf
-    middle = np.array([0.5])
-    c = bag.flat[: bag.n_membrane]
-    x = (bag.membrane.sample(middle, middle) @ c)[:, 0]
-    inside = np.zeros(x.size, dtype=bool)
-    for a, b in bag.folding.panels:
-        inside |= (x > a) & (x < b)
+    xi, eta, _ = lattice(bag.membrane.shape, 1)
+    x = (bag.membrane.sample(xi, eta) @ bag.cut[: bag.n_membrane])[:, 0].reshape(-1, xi.size)
+    centre, size = x.mean(axis=1), np.ptp(x, axis=1)
+    inside = np.zeros(centre.size, dtype=bool)
+    for a, b in fold.panels:
+        inside |= (centre > a) & (centre < b)
     folds = ~inside if not inside.all() else inside  # a roll is fold everywhere
-    s, t = (np.abs((bag.membrane.sample(middle, middle, k) @ c)[:, 0]) for k in (0, 1))
-    return float(bag.folding.radius / np.maximum(s, t)[folds].max())
+    return float(fold.radius / size[folds].max())
 
 
-def faced(bag: FoldedBag) -> float:
+def faced(bag: Bag) -> float:
     """Shortest distance from the patch along its outward normal to another sheet."""
-    middle = np.array([0.5])
+    assert bag.inlet is not None  # asked of bags with a patch only
     c = bag.coefficients[bag.n_membrane :]
-    origin = bag.inlet.sample(middle, middle) @ c
-    normal = np.cross(*(bag.inlet.sample(middle, middle, k) @ c for k in (0, 1)))
+    xi, eta, _ = middle(bag.inlet.shape)
+    origin = bag.inlet.sample(xi, eta) @ c
+    normal = np.cross(*tangents(bag.inlet, c, (xi, eta)))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    corners = np.array([0.0, 1.0])
-    xi, eta = (g.ravel() for g in np.meshgrid(corners, corners, indexing="ij"))
-    quads = bag.membrane.sample(xi, eta) @ bag.coefficients[: bag.n_membrane]
-    quads = quads.reshape(-1, 4, 3)
-    triangles = np.concatenate([quads[:, [0, 2, 3]], quads[:, [0, 3, 1]]])
+    triangles = corner_triangles(bag.membrane, bag.coefficients[: bag.n_membrane])
     hits = [_first_hit(o, n, triangles) for o, n in zip(origin, normal, strict=True)]
     return float(min(hits))
 
@@ -172,11 +172,3 @@ def _first_hit(origin: np.ndarray, direction: np.ndarray, triangles: np.ndarray)
     t = np.einsum("ij,ij->i", c, q) / det
     hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-9)
     return float(t[hit].min()) if hit.any() else np.inf
-
-
-def _crosses(bag: FoldedBag) -> bool:
-    whole = bag.membrane.restrict(np.arange(bag.membrane.n_s * bag.membrane.n_t))
-    c = np.empty((whole.n_coefficients, 3))
-    c[bag.inlet.kept] = bag.coefficients[bag.n_membrane :]
-    c[bag.membrane.kept] = bag.coefficients[: bag.n_membrane]
-    return sampled(whole, c, 4).intersects(c)

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bag_sampler import BagSampler
+from shells.surfaces.local_elements import lattice, middle
+
+from .bag_sampler import BagSampler, tangents
 from .inspection import metric, principal_strains, zones
 
 
@@ -37,12 +39,14 @@ class ClothSampler(BagSampler):
         strains, all at the middle of each cell and zero on the inlet.
         """
         grid = super().surface_grid(coefficients, traction, velocity, tessellate)
-        middle = (np.arange(tessellate) + 0.5) / tessellate
-        xi, eta = (g.ravel() for g in np.meshgrid(middle, middle, indexing="ij"))
         membrane = self.body.membrane
-        along = [membrane.sample(xi, eta, k) for k in (0, 1)]
+        if membrane.shape == "triangle":
+            points = middle(membrane.shape)[:2]
+        else:
+            xi, eta, cells = lattice(membrane.shape, tessellate)
+            points = xi[cells].mean(axis=1), eta[cells].mean(axis=1)
         shapes = (self.natural, coefficients[: self.body.n_membrane])
-        e1, e2 = principal_strains(*(metric(*(a @ c for a in along)) for c in shapes))
+        e1, e2 = principal_strains(*(metric(*tangents(membrane, c, points)) for c in shapes))
         part = np.asarray(grid["cell_data"]["part"])  # type: ignore[index]
         for name, values in (
             ("wrinkling", zones(e1, e2, self.poisson_ratio)),

@@ -19,6 +19,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from ..input_file import input_files
 from ..scene_text import write
 from ..sections import Output, TimedScene
 from .atomic import RecordError, replacing
@@ -78,7 +79,8 @@ def scene_hash(scene: TimedScene) -> str:
     output = Output(checkpoint_every=scene.output.checkpoint_every, seed=scene.output.seed)
     time = replace(scene.time, end=0.0)
     bare = replace(cast(Any, scene), name="", description="", output=output, time=time)
-    return hashlib.sha256(write(bare).encode()).hexdigest()
+    inputs = [file.digest for *_, file in input_files(scene)]
+    return hashlib.sha256("\n".join([write(bare), *inputs]).encode()).hexdigest()
 
 
 def save(

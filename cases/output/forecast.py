@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..sections import AnyScene
 
@@ -25,6 +27,8 @@ class Forecast:
 
     items: tuple[Item, ...]
     warnings: tuple[str, ...]
+    picture: Callable[[Path], Path] | None = None  # draws what was found into a file
+    notes: tuple[str, ...] = ()  # what was read and mended, one line each
 
 
 def show(scene: AnyScene, forecast: Forecast) -> None:
@@ -34,6 +38,8 @@ def show(scene: AnyScene, forecast: Forecast) -> None:
 
     console = Console(highlight=False, markup=False)  # [physical] is no markup
     console.print(f"{scene.name}: {scene.description}")
+    for note in forecast.notes:
+        console.print(f"  {note}")
     table = Table(box=None, show_header=False, pad_edge=False)
     for column in ("left", "right", "left", "left"):
         table.add_column(justify=column)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,11 +24,16 @@ if TYPE_CHECKING:
 
 FOLDER, LIST = "fields", "fields.pvd"
 Frames = list[tuple[float, str]]  # times and file names
-CELLS = {"quads": "quad", "triangles": "triangle", "lines": "line"}
+CELLS = {
+    "quads": "quad",
+    "triangles": "triangle",
+    "lines": "line",
+    "curved": "VTK_LAGRANGE_TRIANGLE",
+}
 
 
 class SurfaceSampler(Protocol):
-    """What draws a configuration as quadrilaterals (see `cases.geometry.bag_sampler`)."""
+    """What draws a configuration as cells (see `cases.geometry.bag_sampler`)."""
 
     def surface_grid(
         self,
@@ -37,7 +42,7 @@ class SurfaceSampler(Protocol):
         velocity: np.ndarray | None,
         tessellate: int,
     ) -> Mapping[str, Any]:
-        """``points (n, 3)``, ``quads (m, 4)``, ``point_data`` and ``cell_data`` by name."""
+        """``points (n, 3)``, cells by name in `CELLS`, ``point_data`` and ``cell_data`` by name."""
 
 
 class Fields(Silent):
@@ -143,6 +148,33 @@ def read_grid(path: Path) -> meshio.Mesh:
         raise
     except Exception as error:  # a damaged file can raise anything
         raise RecordError(f"{path} is damaged: {type(error).__name__}: {error}") from error
+
+
+class FlatCells(NamedTuple):
+    """Flat pieces ``corners (m, 4)`` of a grid's cells, triangles twice at their last corner.
+
+    ``owner (m,)`` numbers the cell that each is a piece of.
+    """
+
+    corners: np.ndarray
+    owner: np.ndarray
+
+    def values(self, mesh: meshio.Mesh, name: str) -> np.ndarray | None:
+        """Cell data of a name at each piece; None of a grid without it."""
+        found = mesh.cell_data.get(name)
+        return None if found is None else np.asarray(found[0])[self.owner]
+
+
+def flat_cells_of(mesh: meshio.Mesh) -> FlatCells:
+    """Flat pieces of quadrilaterals, or of curved triangles, of a grid of `write_grid`."""
+    block = mesh.cells[0]
+    if block.type == CELLS["quads"]:
+        return FlatCells(block.data, np.arange(len(block.data)))
+    from shells.surfaces.triangles.lagrange_nodes import flat_cells
+
+    each = flat_cells(block.data.shape[1])
+    pieces = block.data[:, each[:, [0, 1, 2, 2]]]
+    return FlatCells(pieces.reshape(-1, 4), np.repeat(np.arange(len(pieces)), len(each)))
 
 
 def read_frames(path: Path) -> Frames:

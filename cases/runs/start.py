@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from ..input_file import with_own_files
 from ..kinds import KINDS
 from ..kinds.kind import StepKind, TimeKind
 from ..output.atomic import RecordError, replacing
@@ -37,6 +38,7 @@ def start(
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         refuse_used(folder)
+        scene = with_own_files(scene, folder)
         with replacing(folder / "run.toml") as file:
             file.write(write(scene))
         return _run(scene, folder, console, tolerances, resume=False)

@@ -138,7 +138,7 @@ def density_at(s, t, density, tables, out):
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def fields(
-    points, indptr, elements, pieces, found, boxes, control, density, sources, normals, values,
+    points, indptr, elements, found, boxes, control, density, sources, normals, values,
     rule, double, nodes, weights, walls, out,
 ):  # fmt: skip
     """Fields at points off the surface.
@@ -146,9 +146,8 @@ def fields(
     Parameters
     ----------
     points : (n, 3) array
-    indptr, elements, pieces, found :
-        Near (point, piece) pairs.
-    boxes : (n_pieces, 4) array
+    indptr, elements, found, boxes :
+        Near (point, piece) pairs; ``boxes (n_pairs, 4)`` are the pieces.
     control : (n_elements, g + 1, g + 1, 3) array
     density : (n_elements, q + 1, q + 1, 6) array
         Bernstein coefficients of traction and velocity.
@@ -189,7 +188,7 @@ def fields(
                         strength, row,
                     )  # fmt: skip
             for k in range(indptr[p], indptr[p + 1]):
-                e, box = elements[k], boxes[pieces[k]]
+                e, box = elements[k], boxes[k]
                 near[e] = False
                 oblique, b1, b2 = found[k, 4], found[k, 2], found[k, 3]
                 n1 = split_line(

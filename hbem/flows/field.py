@@ -143,8 +143,8 @@ def _nearest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Relative distance of the closest near piece (inf: none), traction and velocity there."""
     n = pairs.points.shape[0]
-    size = surface.pieces.boxes[:, [1, 3]] - surface.pieces.boxes[:, [0, 2]]
-    distance = (pairs.closest.distances / size[pairs.pieces]).min(axis=1)
+    size = pairs.boxes[:, [1, 3]] - pairs.boxes[:, [0, 2]]
+    distance = (pairs.closest.distances / size).min(axis=1)
     point = np.repeat(np.arange(n), np.diff(pairs.indptr))
     first = np.lexsort((distance, point))
     first = first[np.diff(point[first], prepend=-1) > 0]
@@ -169,8 +169,8 @@ def _sums(
     nodes, weights = gauss_tables()
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
     kernels.fields(
-        pairs.points, pairs.indptr, pairs.elements, pairs.pieces, pairs.closest.rows,
-        surface.pieces.boxes, surface.control, density, source.offsets.reshape(n, -1, 3),
+        pairs.points, pairs.indptr, pairs.elements, pairs.closest.rows, pairs.boxes,
+        surface.control, density, source.offsets.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,
     )  # fmt: skip

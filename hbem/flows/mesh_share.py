@@ -22,8 +22,9 @@ from ..solvers.refinement import INNER
 from ..solvers.saddle import DENSE_LIMIT
 from ..solvers.saddle_system import Builder
 from ..surfaces.bernstein import tensor_bernstein
-from ..surfaces.patches import BezierPatches, SurfacePatches
+from ..surfaces.patches import BezierPatches
 from ..surfaces.surface_points import PointSet, SampledSurface
+from ..surfaces.triangles import collapse_table
 from .formulation import JumpFormulation
 
 THIN = 0.05  # thinness from which on the size of a correction needs a smaller residual
@@ -111,7 +112,7 @@ class LargerSpace:
         orders = replace(
             made.orders, outer=max(made.orders.outer, degree + 1), far=made.orders.source
         )
-        surface = replace(made.surface, patches=broken(patches)).with_points(orders)
+        surface = replace(made.surface, patches=broken(made.surface)).with_points(orders)
         compression = choose(
             "auto",
             {"h2": MATRIX},
@@ -122,7 +123,8 @@ class LargerSpace:
         )
         components = made.components
         if components is not None:
-            components = np.repeat(components[patches.dofs[patches.indptr[:-1]]], (degree + 1) ** 2)
+            first = components[patches.dofs[patches.indptr[:-1]]]
+            components = np.repeat(first, surface.patches.n_dofs // patches.n_elements)
         return replace(
             made,
             layer=single_layer_on(surface, orders, compression=compression),
@@ -135,13 +137,13 @@ class LargerSpace:
     @cached_property
     def injection(self) -> csr_matrix:
         """Densities of the base in the larger space, ``(n_larger, n_dofs)``."""
-        patches = self.base.surface.patches
-        count = patches.extraction.shape[1]
+        patches, table = self.base.surface.patches, _polynomials(self.base.surface)
+        local, count = patches.extraction @ np.linalg.pinv(table), table.shape[0]
         element = np.repeat(np.arange(patches.n_elements), np.diff(patches.indptr))
         rows = element[:, None] * count + np.arange(count)
         columns = np.broadcast_to(patches.dofs[:, None], rows.shape)
         shape = (patches.n_elements * count, patches.n_dofs)
-        entries = (patches.extraction.ravel(), (rows.ravel(), columns.ravel()))
+        entries = (local.ravel(), (rows.ravel(), columns.ravel()))
         return csr_matrix(entries, shape=shape)
 
     def share(
@@ -203,15 +205,26 @@ def _place(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{x if abs(x) > small else 0.0:.3g}" for x in point) + ")"
 
 
-def broken(patches: SurfacePatches) -> BezierPatches:
+def broken(surface: SampledSurface) -> BezierPatches:
     """The same elements with all polynomials of the density's degree on each, discontinuous."""
-    n, count = patches.n_elements, (patches.density_degree + 1) ** 2
+    patches, table = surface.patches, _polynomials(surface)
+    n, count = patches.n_elements, table.shape[0]
     return BezierPatches(
         n * count,
         patches.geometry_degree,
         patches.density_degree,
         count * np.arange(n + 1),
         np.arange(n * count),
-        np.tile(np.eye(count), (n, 1)),
+        np.tile(table, (n, 1)),
         patches.bezier,
     )
+
+
+def _polynomials(surface: SampledSurface) -> np.ndarray:
+    """Polynomials of one element, in rows of tensor Bernstein coefficients.
+
+    Those of a triangle are fewer: what a contracted square has beyond them is no function at its
+    vertex, and the near rules, which contract other vertices too, do not know it.
+    """
+    degree = surface.patches.density_degree
+    return collapse_table(degree).T if surface.triangular else np.eye((degree + 1) ** 2)

@@ -135,7 +135,7 @@ class StokesFlow:
                 logger.warning(warning)
         self.orders = flow_orders(self.budget, compression) if orders is None else orders
         self._measured = measure != "none"
-        larger = larger_unknowns(patches.n_elements, patches.density_degree)
+        larger = larger_unknowns(patches.n_elements, patches.density_degree, patches.shape)
         self._mesh_measured = measure == "all" or (measure == "auto" and larger <= LARGER_LIMIT)
         asked = compression, self.budget, patches, self.orders, self._measured
         self.compression = flow_compression(*asked)

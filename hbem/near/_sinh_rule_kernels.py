@@ -37,13 +37,13 @@ def sides(centre, low, high, split):
 
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def choose(found, boxes, pieces, elements, collapsed, plain, rule, split, largest, counts, keys):
+def choose(found, boxes, elements, collapsed, plain, rule, split, largest, counts, keys):
     """Nodes per direction ``counts (n_pairs, 2)`` and ``keys (n_pairs,)`` of equal rules."""
     for k in prange(found.shape[0]):
         if found[k, 2] < 0.0:
             keys[k] = POLAR + (2 if collapsed[elements[k]] else 0) + plain[k]
             continue
-        box = boxes[pieces[k]]
+        box = boxes[k]
         for i in range(2):
             low, high = box[2 * i], box[2 * i + 1]
             n = order(rule[0], rule[1], found[k, 2 + i] / (high - low), found[k, 4], largest)
@@ -132,7 +132,7 @@ def tensor_pass(
 
 @njit(cache=True, error_model="numpy", nogil=True, parallel=True)
 def near_moments(
-    points, point_of, elements, pieces, found, boxes, counts, plain, ordered, starts, g, shapes,
+    points, point_of, elements, found, boxes, counts, plain, ordered, starts, g, shapes,
     control, collapsed, degree, layer, split, polar, plain_order, nodes, weights, tiny, moments,
 ):  # fmt: skip
     """Moments ``(n_pairs, (degree + 1)**2, 6)`` of near pairs.
@@ -140,8 +140,8 @@ def near_moments(
     Parameters
     ----------
     points, point_of : (n_points, 3), (n_pairs,) array
-    elements, pieces : (n_pairs,) int array
-        Element and the piece of it (`boxes` of local coordinates) that the rule covers.
+    elements, boxes : (n_pairs,) int array, (n_pairs, 4) array
+        Element and the piece of it, in its local coordinates, that the rule covers.
     found : (n_pairs, 5) array
         Closest point, relative distances and obliqueness in the element's coordinates.
     counts, plain : (n_pairs, 2), (n_pairs,) int array
@@ -177,7 +177,7 @@ def near_moments(
             own = found[first, 2] < 0.0
             for x in range(LANES):
                 k = ordered[min(begin + x, end - 1)]
-                e, box = elements[k], boxes[pieces[k]]
+                e, box = elements[k], boxes[k]
                 for c in range(3):
                     target[c * LANES + x] = points[point_of[k], c]
                 coefficients = shapes[e]

@@ -59,8 +59,10 @@ class NearPairs:
     points : (n_points, 3) array
         Relative to the origin of the surface.
     indptr : (n_points + 1,) int array
-    elements, pieces : (n_pairs,) int array
-        Source element and piece of each pair, increasing within a point.
+    elements : (n_pairs,) int array
+        Source element of each pair, increasing within a point.
+    boxes : (n_pairs, 4) array
+        The piece of it in its local coordinates, as in `ElementPieces`.
     closest : ClosestPoints
         In the coordinates of the elements.
     first : (n_pairs,) bool array
@@ -70,7 +72,7 @@ class NearPairs:
     points: np.ndarray
     indptr: np.ndarray
     elements: np.ndarray
-    pieces: np.ndarray
+    boxes: np.ndarray
     closest: ClosestPoints
     first: np.ndarray
 
@@ -86,7 +88,7 @@ class NearPairs:
             self.points[points],
             indptr,
             self.elements[k],
-            self.pieces[k],
+            self.boxes[k],
             self.closest[k],
             self.first[k],
         )
@@ -138,7 +140,8 @@ def near_pairs(
     first = np.zeros(which.size, bool)
     first[starts] = True
     which = which[near]
-    return NearPairs(x, indptr, pieces.elements[which], which, closest[near], first[near])
+    elements, boxes = pieces.elements[which], pieces.boxes[which]
+    return NearPairs(x, indptr, elements, boxes, closest[near], first[near])
 
 
 def _candidates(

@@ -13,7 +13,7 @@ import enum
 import numpy as np
 
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
-from ..surfaces.surface_points import SampledSurface
+from ..surfaces.surface_points import PatchShapes, SampledSurface
 from ..surfaces.triangles import barycentric, rotation_table
 from . import _sinh_rule_kernels as kernels
 from .closest_point import ClosestPoints, NearPairs
@@ -59,15 +59,18 @@ def near_moments(
     point_of = np.repeat(np.arange(pairs.points.shape[0]), np.diff(pairs.indptr))
     vertex = _vertices(surface, pairs)
     moments = _moments(
-        surface, pairs, slice(None), point_of, pairs.closest, plain, vertex > 0, orders, layer
-    )
+        surface, surface.shapes, pairs, slice(None), point_of, pairs.closest, plain, vertex > 0,
+        orders, layer,
+    )  # fmt: skip
     for v, rotated in enumerate(surface.rotated, start=1):
         k = np.flatnonzero(vertex == v)
         if k.size == 0:
             continue
         closest = rotate_vertices(pairs.closest[k], pairs.elements[k], v, surface, rotated)
         none = np.zeros(k.size, np.int64)
-        part = _moments(rotated, pairs, k, point_of[k], closest, none, none > 0, orders, layer)
+        part = _moments(
+            surface, rotated, pairs, k, point_of[k], closest, none, none > 0, orders, layer
+        )
         moments[k] += rotation_table(q, v).T @ part
     return moments
 
@@ -76,13 +79,15 @@ def _vertices(surface: SampledSurface, pairs: NearPairs) -> np.ndarray:
     """Vertex at which the triangle of each pair is contracted; 0 for all others."""
     if not surface.rotated:
         return np.zeros(pairs.n_pairs, np.int64)
-    whole = np.diff(surface.pieces.indptr)[pairs.elements] == 1
+    # a piece has another shape in the other contractions; a whole element is the same square
+    whole = np.all(pairs.boxes == [0.0, 1.0, 0.0, 1.0], axis=1)
     apart = pairs.closest.distances[:, 0] >= 0.0
     return np.where(whole & apart, barycentric(pairs.closest.s, pairs.closest.t).argmin(axis=1), 0)
 
 
 def _moments(
     surface: SampledSurface,
+    shapes: PatchShapes,
     pairs: NearPairs,
     k: np.ndarray | slice,
     point_of: np.ndarray,
@@ -95,22 +100,22 @@ def _moments(
     """Moments of some pairs by one contraction; the rule is left out where `only_plain`."""
     q, g = surface.patches.density_degree, surface.patches.geometry_degree
     nodes, weights = gauss_tables()
-    elements, pieces, boxes = pairs.elements[k], pairs.pieces[k], surface.pieces.boxes
+    elements, boxes = pairs.elements[k], pairs.boxes[k]
     n = elements.size
     moments = np.empty((n, (q + 1) ** 2, 6))
     counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
     split, rule, largest = layer is Layer.DOUBLE, orders.rule(layer), nodes.shape[0] - 1
     kernels.choose(
-        closest.rows, boxes, pieces, elements, surface.collapsed, plain,
+        closest.rows, boxes, elements, surface.collapsed, plain,
         rule, split, largest, counts, keys,
     )  # fmt: skip
     counts[only_plain] = 0
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
     kernels.near_moments(
-        pairs.points, point_of, elements, pieces, closest.rows, boxes, counts, plain, ordered,
-        _groups(keys[ordered]), g, surface.power_coefficients, surface.control,
-        surface.collapsed, q, int(layer), split, (orders.radial, orders.angular), orders.source,
+        pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered,
+        _groups(keys[ordered]), g, shapes.power_coefficients, shapes.control, surface.collapsed,
+        q, int(layer), split, (orders.radial, orders.angular), orders.source,
         nodes, weights, coincident_distance_squared(surface), moments,
     )  # fmt: skip
     return moments

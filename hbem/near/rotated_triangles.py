@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..surfaces.bernstein import tensor_bernstein_gradient
-from ..surfaces.surface_points import SampledSurface
+from ..surfaces.surface_points import PatchShapes, SampledSurface
 from ..surfaces.triangles import barycentric
 from ._closest_point_kernels import OBLIQUE
 from .closest_point import ClosestPoints
@@ -19,11 +19,11 @@ def rotate_vertices(
     elements: np.ndarray,
     vertex: int,
     old: SampledSurface,
-    new: SampledSurface,
+    new: PatchShapes,
 ) -> ClosestPoints:
     """Closest points of some pairs in coordinates contracted at another vertex.
 
-    ``old`` and ``new`` are the `SampledSurface` contracted at vertices 0 and ``vertex``.
+    ``old`` is contracted at vertex 0, ``new`` at ``vertex``.
     """
     _, old_s, old_t = _tangents(old.control[elements], closest.s, closest.t)
     u, v, w = np.roll(barycentric(closest.s, closest.t), -vertex, axis=1).T

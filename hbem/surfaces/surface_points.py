@@ -55,6 +55,27 @@ class PointSet:
 
 
 @dataclass(frozen=True)
+class PatchShapes:
+    """Tensor patches of all elements in one contraction, and nothing that belongs to another.
+
+    Parameters
+    ----------
+    control : (n_elements, degree + 1, degree + 1, 3) array
+        Bezier control points.
+    """
+
+    control: np.ndarray
+
+    @cached_property
+    def power_coefficients(self) -> np.ndarray:
+        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
+        degree = self.control.shape[1] - 1
+        power = centred_powers(degree)
+        shapes = np.einsum("ki,eijc,lj->eckl", power, self.control, power, optimize=True)
+        return np.ascontiguousarray(shapes.reshape(self.control.shape[0], -1))
+
+
+@dataclass(frozen=True)
 class SampledSurface:
     """One configuration of a surface, sampled.
 
@@ -94,18 +115,18 @@ class SampledSurface:
         return divide(self.control)
 
     @cached_property
-    def rotated(self) -> tuple[SampledSurface, ...]:
+    def shapes(self) -> PatchShapes:
+        """The patches as the near rules take them."""
+        return PatchShapes(self.control)
+
+    @cached_property
+    def rotated(self) -> tuple[PatchShapes, ...]:
         """Triangles contracted at vertices 1 and 2 instead, for near rules; else nothing."""
         if not self.triangular:
             return ()
         shape, degree = self.control.shape, self.patches.geometry_degree
         flat = self.control.reshape(shape[0], -1, 3)
-        return tuple(
-            replace(
-                self, control=(rotation_table(degree, v) @ flat).reshape(shape), triangular=False
-            )
-            for v in (1, 2)
-        )
+        return tuple(PatchShapes((rotation_table(degree, v) @ flat).reshape(shape)) for v in (1, 2))
 
     @cached_property
     def search_points(self) -> np.ndarray:
@@ -115,14 +136,6 @@ class SampledSurface:
             return outer.offsets.reshape(p.n, -1, 3)
         nodes = outer.s[:: round(np.sqrt(outer.per_element))]
         return grid_points(self.control[p.elements], p.boxes, nodes)
-
-    @cached_property
-    def power_coefficients(self) -> np.ndarray:
-        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
-        degree = self.control.shape[1] - 1
-        power = centred_powers(degree)
-        shapes = np.einsum("ki,eijc,lj->eckl", power, self.control, power, optimize=True)
-        return np.ascontiguousarray(shapes.reshape(self.control.shape[0], -1))
 
     @cached_property
     def basis(self) -> csr_matrix:

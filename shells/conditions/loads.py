@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
 from ..energy.volume import EnclosedVolume
+from ..surfaces.element_basis import ElementBasis
 from ..surfaces.spline_surface import SplineSurface
-from ..surfaces.surface_basis import SurfaceBasis
 from .edge import edge
 
 # A load that follows the configuration: (n_full, 3) to force and its sparse derivative.
@@ -122,7 +122,7 @@ def end_moment(
     return lambda c: rim.moment(c, size)
 
 
-def follower_pressure(basis: SurfaceBasis, size: float) -> Follower:
+def follower_pressure(basis: ElementBasis, size: float) -> Follower:
     """Pressure along the current normal, on any surface, open or closed.
 
     Its virtual work is ``p int rho . (theta_s x theta_t)``; where open edges move the derivative
@@ -130,7 +130,7 @@ def follower_pressure(basis: SurfaceBasis, size: float) -> Follower:
 
     Parameters
     ----------
-    basis : SurfaceBasis
+    basis : ElementBasis
         Vector basis of the surface under pressure.
     size : float
         The pressure p.

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 from skfem import BilinearForm, LinearForm
 
 from ..surfaces.curve import CurveBasis
-from ..surfaces.surface_basis import SurfaceBasis
+from ..surfaces.element_basis import ElementBasis
 
 
 def rigid_modes(points: np.ndarray) -> np.ndarray:
@@ -43,6 +43,21 @@ class Mechanism:
     motions: np.ndarray
     modes: np.ndarray
     elements: tuple[np.ndarray, ...] = ()
+
+    def under(self, grounding: csr_matrix | None) -> Mechanism:
+        """The motions that a stiffness leaves free besides.
+
+        Parameters
+        ----------
+        grounding : (n, n) sparse matrix or None
+            Positive on the rigid motions that it holds; of the first n dofs.
+        """
+        if grounding is None or not self.motions.size:
+            return self
+        modes = self.modes[: grounding.shape[0]] @ self.motions.T
+        values, vectors = np.linalg.eigh(modes.T @ (grounding @ modes))
+        free = values < 1e-9 * abs(grounding).max() * np.square(modes).sum(axis=0).max()
+        return Mechanism(_simplest(vectors[:, free].T @ self.motions), self.modes, self.elements)
 
     def refuse(self, dead: bool = True) -> None:
         """Raise if any motion is free.
@@ -117,7 +132,7 @@ class Mechanism:
         )
 
 
-def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mechanism:
+def mechanism(extraction: csr_matrix, basis: ElementBasis | CurveBasis) -> Mechanism:
     """Free rigid motions of the reference of a vector basis under an extraction ``E``."""
     n = basis.N // basis.dimension
     if isinstance(basis, CurveBasis):
@@ -126,7 +141,8 @@ def mechanism(extraction: csr_matrix, basis: SurfaceBasis | CurveBasis) -> Mecha
     else:
         surface, axes = basis.surface, np.arange(6)
         points, piece = coefficients_of(basis), surface.coefficient_pieces
-        elements = tuple(surface.selected[surface.pieces == k] for k in np.unique(surface.pieces))
+        numbers = surface.element_numbers
+        elements = tuple(numbers[surface.pieces == k] for k in np.unique(surface.pieces))
     length, count = float(np.ptp(points, axis=0).max()), int(piece.max()) + 1
     made = plane_modes if isinstance(basis, CurveBasis) else rigid_modes
     modes = np.zeros((extraction.shape[0], count, 6))
@@ -172,10 +188,9 @@ def plane_modes(coefficients: np.ndarray) -> np.ndarray:
     return modes.reshape(-1, 6)
 
 
-def coefficients_of(basis: SurfaceBasis) -> np.ndarray:
+def coefficients_of(basis: ElementBasis) -> np.ndarray:
     """Coefficients ``(n, 3)`` of the reference: its L2 projection (exact for spline references)."""
-    points = round(basis.X.shape[1] ** 0.5)
-    scalar = SurfaceBasis(basis.surface, basis.reference, points, components=1)
+    scalar = basis.scalar
     mass = BilinearForm(lambda u, v, w: u * v).assemble(scalar)
     load = [LinearForm(lambda v, w, i=i: w.x[i] * v).assemble(scalar) for i in range(3)]
     return splu(mass.tocsc()).solve(np.stack(load, axis=1))

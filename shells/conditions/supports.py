@@ -14,6 +14,7 @@ from scipy.sparse import coo_matrix, csr_matrix, identity, kron, vstack
 from scipy.sparse.csgraph import connected_components
 
 from ..surfaces.spline_surface import SplineSurface
+from ..surfaces.surface import Surface
 
 
 def vector_dofs(rows: np.ndarray, components: Iterable[int] = (0, 1, 2)) -> np.ndarray:
@@ -93,9 +94,17 @@ class Support:
     leaders: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
 
 
+NO_GRID = (
+    "only a SplineSurface has edges named by direction and end: triangles take shells.rim_edges "
+    "and shells.hold_edges"
+)
+
+
 def _row(surface: SplineSurface, direction: str, end: int, layer: int = 0) -> np.ndarray:
     if direction not in ("s", "t") or end not in (0, 1):
         raise ValueError(f"an edge is 's' or 't' at end 0 or 1, not {direction!r} at {end!r}")
+    if not isinstance(surface, SplineSurface):
+        raise ValueError(NO_GRID)
     pick = surface.ring if direction == "s" else surface.column
     row = pick(layer if end == 0 else -1 - layer)
     if row.size == 0:
@@ -159,12 +168,12 @@ def clamp(
     return Support(np.r_[trace, vector_dofs(_row(surface, direction, end, 1), components)])
 
 
-def pin(surface: SplineSurface, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
+def pin(surface: Surface, row: int, components: Iterable[int] = (0, 1, 2)) -> Support:
     """Hold components of one coefficient: removes rigid motions that no load excites.
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : Surface
     row : int
         The coefficient.
     components : ints
@@ -214,16 +223,16 @@ def symmetry(surface: SplineSurface, direction: str, end: int, axis: int) -> Sup
     )
 
 
-def supported(surface: SplineSurface, *supports: Support) -> csr_matrix:
+def supported(surface: Surface, *supports: Support) -> csr_matrix:
     """Extraction E of a surface under any supports; they may meet in corners.
 
     Dofs tied to each other, over any number of ties, move as one; one fixed dof fixes all of them.
 
     Parameters
     ----------
-    surface : SplineSurface
+    surface : Surface
     *supports : Support
-        Of `clamp`, `hinge`, `pin` and `symmetry`.
+        Of `clamp`, `hinge`, `pin` and `symmetry`; on triangles of `hold_edges` and `pin`.
 
     Returns
     -------

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import Scatter
-from ..surfaces.surface_basis import SurfaceBasis
 from .densities import Density
 from .interface import ShellEnergy
 from .point_tables import check_bending, point_tables
@@ -101,7 +101,7 @@ class HyperelasticShell(ShellEnergy):
 
     Parameters
     ----------
-    basis : SurfaceBasis
+    basis : ElementBasis
     density : Density
         Energy per reference area, such as `NeoHookean`.
     exact_reference, seams : bool
@@ -114,18 +114,18 @@ class HyperelasticShell(ShellEnergy):
         line.
     """
 
-    basis: SurfaceBasis
+    basis: ElementBasis
 
     def __init__(
         self,
-        basis: SurfaceBasis,
+        basis: ElementBasis,
         density: Density,
         *,
         exact_reference: bool = False,
         seams: bool = False,
     ):
         if basis.components != 3:
-            raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
+            raise ValueError("the shell needs a vector basis: components=3")
         check_bending(basis.surface, density.material, seams)
         self.basis, self.density, self.material = basis, density, density.material
         self._tables = point_tables(basis, density.material, exact_reference=exact_reference)

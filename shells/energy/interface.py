@@ -11,14 +11,14 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.curve import CurveBasis
-from ..surfaces.surface_basis import SurfaceBasis
+from ..surfaces.element_basis import ElementBasis
 from .material import Material
 
 
 class ShellEnergy(ABC):
     """An energy W on one basis, with its first and second variation."""
 
-    basis: SurfaceBasis | CurveBasis
+    basis: ElementBasis | CurveBasis
     material: Material
 
     @abstractmethod
@@ -59,6 +59,11 @@ class ShellEnergy(ABC):
         -------
         (N,) array and (N, N) sparse matrix
         """
+
+    @property
+    def grounding(self) -> csr_matrix | None:
+        """W'' at the reference of what holds the shell in space, None if nothing does."""
+        return None
 
 
 class Enclosure(ABC):

@@ -12,13 +12,14 @@ all Christoffel terms of the double Gamma-gradient cancel and A is the identity.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import ElementForm, Scatter
-from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
 from .frame import fundamental_forms
 from .interface import ShellEnergy
@@ -31,7 +32,7 @@ class KirchhoffLove(ShellEnergy):
 
     Parameters
     ----------
-    basis : SurfaceBasis
+    basis : ElementBasis
         Vector basis (``components=3``); its reference is the unstrained configuration.
     material : Material
     exact_reference : bool
@@ -66,11 +67,11 @@ class KirchhoffLove(ShellEnergy):
         degree 1 or (unless seams are meant) a C0 knot line.
     """
 
-    basis: SurfaceBasis
+    basis: ElementBasis
 
     def __init__(
         self,
-        basis: SurfaceBasis,
+        basis: ElementBasis,
         material: Material,
         *,
         exact_reference: bool = False,
@@ -83,7 +84,7 @@ class KirchhoffLove(ShellEnergy):
         hinges: np.ndarray | None = None,
     ):
         if basis.components != 3:
-            raise ValueError("the shell needs a vector basis: SurfaceBasis(..., components=3)")
+            raise ValueError("the shell needs a vector basis: components=3")
         if formulation not in ("parametrization-free", "classical"):
             raise ValueError(f"unknown formulation {formulation!r}")
         if membrane not in ("gauss", "reduced"):
@@ -110,9 +111,20 @@ class KirchhoffLove(ShellEnergy):
         if membrane == "reduced":
             self._tables = with_reduced_membrane(self._tables, basis, material, exact_reference)
         self._dofs = basis.surface.element_dofs
-        self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
-        self.force = ElementForm(lambda x: self.elements(x, False)[0], basis, 1, self._scatter)
-        self.stiffness = ElementForm(lambda x: self.elements(x, True)[1], basis, 2, self._scatter)
+
+    @cached_property
+    def _scatter(self) -> Scatter:
+        return Scatter(np.ascontiguousarray(self.basis.element_dofs.T), self.basis.N)
+
+    @cached_property
+    def force(self) -> ElementForm:
+        """W' as a linear form."""
+        return ElementForm(lambda x: self.elements(x, False)[0], self.basis, 1, self._scatter)
+
+    @cached_property
+    def stiffness(self) -> ElementForm:
+        """W'' as a bilinear form."""
+        return ElementForm(lambda x: self.elements(x, True)[1], self.basis, 2, self._scatter)
 
     def _arguments(self, x: np.ndarray, *outputs: Any) -> tuple[Any, ...]:
         t = self._tables

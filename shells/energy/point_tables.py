@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..surfaces.element_basis import ElementBasis
 from ..surfaces.jets import Jets
 from ..surfaces.membrane_rule import membrane_points
 from ..surfaces.smoothness import check_smooth
-from ..surfaces.surface_basis import SurfaceBasis
-from ..surfaces.tensor_surface import TensorSurface
+from ..surfaces.surface import Surface
 from .frame import frame_transform, fundamental_forms, jets_in_frame
 from .material import Material
 
@@ -45,7 +45,7 @@ class PointTables:
     elasticity: np.ndarray
 
 
-def check_bending(surface: TensorSurface, material: Material, seams: bool) -> None:
+def check_bending(surface: Surface, material: Material, seams: bool) -> None:
     """Refuse bending on a surface that is not C1; a membrane may have kinks.
 
     Raises
@@ -58,7 +58,7 @@ def check_bending(surface: TensorSurface, material: Material, seams: bool) -> No
 
 
 def point_tables(
-    basis: SurfaceBasis,
+    basis: ElementBasis,
     material: Material,
     *,
     exact_reference: bool = False,
@@ -92,7 +92,7 @@ def point_tables(
 
 
 def with_reduced_membrane(
-    tables: PointTables, basis: SurfaceBasis, material: Material, exact_reference: bool
+    tables: PointTables, basis: ElementBasis, material: Material, exact_reference: bool
 ) -> PointTables:
     """Reduced membrane points appended; the points of the basis keep the bending energy.
 

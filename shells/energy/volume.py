@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, identity, kron
 
+from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import Scatter
 from ..surfaces.spline_surface import SplineSurface
 from ..surfaces.splines import unit_gauss
-from ..surfaces.surface_basis import SurfaceBasis
 from . import _shell_kernels as kernels
 from .interface import Enclosure
 
@@ -26,7 +26,7 @@ class EnclosedVolume(Enclosure):
 
     Parameters
     ----------
-    basis : SurfaceBasis
+    basis : ElementBasis
         Vector basis of the part of the surface that moves.
     offset : float
         Volume of the part that does not (the inlet).
@@ -34,13 +34,12 @@ class EnclosedVolume(Enclosure):
         Point in the symmetry planes in which open edges move; default the origin.
     """
 
-    def __init__(self, basis: SurfaceBasis, offset: float = 0.0, apex: ArrayLike | None = None):
+    def __init__(self, basis: ElementBasis, offset: float = 0.0, apex: ArrayLike | None = None):
         self.basis, self.offset = basis, offset
         self.apex = np.zeros(3) if apex is None else np.asarray(apex, dtype=float)
         stacked = np.stack([basis.values, basis.grads[0], basis.grads[1]])
         self._values = np.ascontiguousarray(np.moveaxis(stacked, (0, 1), (3, 2)))
-        hs, ht = basis.sizes
-        self._dw = np.ascontiguousarray(basis.W * (hs * ht)[:, None])
+        self._dw = np.ascontiguousarray(basis.parameter_weights)
         self._dofs = basis.surface.element_dofs
         self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
 
@@ -156,7 +155,7 @@ class OpenVolume(EnclosedVolume):
 
     Parameters
     ----------
-    basis : SurfaceBasis
+    basis : ElementBasis
         Vector basis of a surface that is periodic in t and has no poles at its open ends.
     offset : float
         Volume of the part that does not move.
@@ -167,7 +166,7 @@ class OpenVolume(EnclosedVolume):
         For a surface that is not periodic in t: no lids close it.
     """
 
-    def __init__(self, basis: SurfaceBasis, offset: float = 0.0):
+    def __init__(self, basis: ElementBasis, offset: float = 0.0):
         super().__init__(basis, offset)
         surface = basis.surface
         if not (isinstance(surface, SplineSurface) and surface.t.periodic):

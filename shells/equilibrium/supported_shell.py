@@ -65,8 +65,8 @@ class SupportedShell:
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """Rigid motions that the supports leave free."""
-        return mechanism(self.E, self.shell.basis)
+        """Rigid motions that neither the supports nor the energy's own clamps hold."""
+        return mechanism(self.E, self.shell.basis).under(self.shell.grounding)
 
     def refuse_contact(self, what: str) -> None:
         """Refuse a structure with contact where it would be left out of account.

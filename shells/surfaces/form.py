@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem.assembly.form.form import Form
 
-from .surface_basis import SurfaceBasis
+from .element_basis import ElementBasis
 
 
 class Scatter:
@@ -45,20 +45,20 @@ class ElementForm(Form):
     ----------
     kernel : callable
         ``kernel(x)`` with dof vector x returns ``(n_elements, m)`` or ``(n_elements, m, m)``.
-    basis : SurfaceBasis
+    basis : ElementBasis
         The basis whose dofs the element arrays refer to.
     """
 
-    def __init__(self, kernel: Callable, basis: SurfaceBasis, rank: int, scatter: Scatter):
+    def __init__(self, kernel: Callable, basis: ElementBasis, rank: int, scatter: Scatter):
         super().__init__(None)
         self._kernel, self._basis, self._rank, self._scatter = kernel, basis, rank, scatter
 
-    def _arrays(self, basis: SurfaceBasis, x: np.ndarray) -> np.ndarray:
+    def _arrays(self, basis: ElementBasis, x: np.ndarray) -> np.ndarray:
         if basis is not self._basis:
             raise ValueError("this form belongs to another basis")
         return self._kernel(x)
 
-    def _assemble(self, ubasis: SurfaceBasis, vbasis: Any = None, *, x: np.ndarray) -> tuple:
+    def _assemble(self, ubasis: ElementBasis, vbasis: Any = None, *, x: np.ndarray) -> tuple:
         dofs = ubasis.element_dofs
         m, ne = dofs.shape
         arrays = np.moveaxis(self._arrays(ubasis, x), 0, -1)
@@ -70,7 +70,7 @@ class ElementForm(Form):
         data = np.swapaxes(arrays, 0, 1).ravel()
         return np.stack([rows, cols]), data, (ubasis.N, ubasis.N), (m, m)
 
-    def assemble(self, basis: SurfaceBasis, *, x: np.ndarray) -> Any:
+    def assemble(self, basis: ElementBasis, *, x: np.ndarray) -> Any:
         """Global vector or CSR matrix at the dof vector ``x``."""
         arrays = self._arrays(basis, x)
         return self._scatter.vector(arrays) if self._rank == 1 else self._scatter.matrix(arrays)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .splines import SplineSpace, bernstein
+from .surface import Surface
 from .tensor_surface import TensorSurface
 
 
@@ -104,14 +105,16 @@ class MembranePoints:
     dx: np.ndarray
 
 
-def membrane_points(surface: TensorSurface, reference: np.ndarray | Callable) -> MembranePoints:
+def membrane_points(surface: Surface, reference: np.ndarray | Callable) -> MembranePoints:
     """The rule on a surface, or on a block of its elements.
 
     Raises
     ------
     ValueError
-        Elements that are not a block, or a rule that does not exist.
+        Triangles, elements that are not a block, or a rule that does not exist.
     """
+    if not isinstance(surface, TensorSurface):
+        raise ValueError("triangles have no reduced membrane rule: use membrane='gauss'")
     es, et = np.divmod(surface.selected, surface.t.n_elements)
     rows, columns = np.unique(es), np.unique(et)
     if rows.size * columns.size != es.size:

@@ -8,31 +8,41 @@ from __future__ import annotations
 
 import numpy as np
 
+from .surface import Surface
 from .tensor_surface import TensorSurface
 
 
-def check_smooth(surface: TensorSurface, seams: bool = False) -> None:
+def check_smooth(surface: Surface, seams: bool = False) -> None:
     """Refuse a surface that is not C1 between its elements.
 
     Parameters
     ----------
-    surface : TensorSurface
-        Only knots between two of its elements count: an edge may have any multiplicity.
+    surface : Surface
+        Of splines only knots between two of its elements count: an edge may have any multiplicity.
     seams : bool
         Accept C0 knot lines.
 
     Raises
     ------
     ValueError
-        Degree 1, or a C0 knot line; naming the knot, its direction and the remedies.
+        Degree 1, or a C0 knot line; naming the knot, its direction and the remedies. Triangles,
+        unless seams are meant: they are only continuous.
     """
+    triangles = surface.shape == "triangle"
+    what, line = ("triangles", "edge") if triangles else ("splines", "knot")
     if surface.degree < 2:
         raise ValueError(
-            "splines of degree 1 have no curvature, and every knot would be a hinge: a shell with "
-            "bending needs degree 2 or more (3 locks least), a membrane flexural_rigidity = 0"
+            f"{what} of degree 1 have no curvature, and every {line} would be a hinge: a shell "
+            "with bending needs degree 2 or more (3 locks least), a membrane flexural_rigidity = 0"
         )
     if seams:
         return
+    if not isinstance(surface, TensorSurface):
+        raise ValueError(
+            "triangles are only continuous, and a shell would bend about every edge as about a "
+            "hinge: take shells.TriangleShell, which ties slopes across edges, or say seams=True "
+            "where hinges are meant"
+        )
     inside = np.zeros(surface.s.n_elements * surface.t.n_elements, dtype=bool)
     inside[surface.selected] = True
     table = inside.reshape(surface.s.n_elements, surface.t.n_elements)

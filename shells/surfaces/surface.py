@@ -65,6 +65,21 @@ class Surface(ABC):
 
     @property
     @abstractmethod
+    def pieces(self) -> np.ndarray:
+        """Which connected piece each element belongs to, ``(n_elements,)``: 0, 1, ..."""
+
+    @property
+    @abstractmethod
+    def coefficient_pieces(self) -> np.ndarray:
+        """The piece of each coefficient, ``(n_coefficients,)``."""
+
+    @property
+    def element_numbers(self) -> np.ndarray:
+        """How messages call the elements, ``(n_elements,)``."""
+        return np.arange(self.n_elements)
+
+    @property
+    @abstractmethod
     def n_dofs(self) -> int:
         """Number of scalar density functions."""
 

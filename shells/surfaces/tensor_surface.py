@@ -172,6 +172,11 @@ class TensorSurface(Surface):
         return self.s.degree
 
     @property
+    def element_numbers(self) -> np.ndarray:
+        """Those of the grid."""
+        return self.selected
+
+    @property
     def n_elements(self) -> int:
         """Number of elements."""
         return self.selected.size

@@ -174,7 +174,8 @@ def test_resume_refuses_a_changed_scene(tmp_path, use, capsys):
 
 def test_check_prints_the_forecast(monkeypatch, capsys):
     item = SimpleNamespace(name="rho", value=0.48123, unit="", note="m dt S")
-    forecast = SimpleNamespace(items=[item], warnings=["rho = 7.8 > 1: use scheme 'implicit'"])
+    warnings = ["rho = 7.8 > 1: use scheme 'implicit'"]
+    forecast = SimpleNamespace(items=[item], warnings=warnings, picture=None, notes=[])
     fake = dataclasses.replace(KINDS["inflation"])
     object.__setattr__(fake, "forecast", lambda scene: forecast)
     monkeypatch.setitem(KINDS, "inflation", fake)

@@ -8,9 +8,12 @@ import re
 import pytest
 
 from cases import cli, loader
+from cases.input_file import with_own_files
 from cases.kinds import KINDS
 from cases.kinds.inflation.config import InflationScene
+from cases.output.checkpoint import scene_hash
 from cases.scene_text import write
+from cases.sections import SceneError
 
 PHYSICAL = """
 [physical]
@@ -209,9 +212,75 @@ def test_another_shape_on_the_command_line_replaces_the_files(tmp_path):
 
 
 def test_every_shape_is_valid_by_default(tmp_path):
+    (tmp_path / "bag.stl").write_bytes(b"")
     for kind in KINDS.values():
         for section in kind.sections.values():
             for word in getattr(section, "tables", ()):
                 head, key = section.key.split(".")
                 text = f'kind = "{kind.name}"\n[{head}]\n{key} = "{word}"\n'
+                text += 'file = "bag.stl"\n' if word == "mesh" else ""
                 loader.read(_file(tmp_path, text))
+
+
+MESH = 'kind = "inflation"\n[geometry]\nkind = "mesh"\nfile = "bag.stl"\n'
+
+
+def test_files_count_from_the_scene_and_read_back(tmp_path, monkeypatch):
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    home.mkdir()
+    elsewhere.mkdir()
+    (home / "bag.stl").write_bytes(b"one")
+    (elsewhere / "other.stl").write_bytes(b"two")
+    monkeypatch.chdir(elsewhere)
+    folds = 'folds = [{ at = 0.3 }, { at = 0.6, side = "down", radius = 0.02 }]\n'
+    inlet = "inlet = { sphere = [0.0, 0.0, -1.0, 0.3] }\n"
+    scene = loader.read(_file(home, MESH + folds + inlet))
+    g = scene.geometry
+    assert g.file.path == home / "bag.stl"
+    assert g.inlet.sphere == (0.0, 0.0, -1.0, 0.3)
+    assert [(f.at, f.side) for f in g.folds] == [(0.3, "up"), (0.6, "down")]
+    assert loader.read(_file(home, write(scene))) == scene
+    assert loader.read(home / "scene.toml", ["geometry.file=other.stl"]).geometry.file.path == (
+        elsewhere / "other.stl"
+    )
+    # a run keeps its own copy: it is the same scene wherever its folder goes, and knows a change
+    own = with_own_files(scene, elsewhere)
+    (tmp_path / "moved").mkdir()
+    _file(elsewhere, write(own))
+    for name in ("geometry_file.stl", "scene.toml"):
+        (tmp_path / "moved" / name).write_bytes((elsewhere / name).read_bytes())
+    moved = loader.read(tmp_path / "moved" / "scene.toml")
+    assert scene_hash(moved) == scene_hash(own)
+    (tmp_path / "moved" / "geometry_file.stl").write_bytes(b"edited")
+    edited = loader.read(tmp_path / "moved" / "scene.toml")
+    assert scene_hash(edited) != scene_hash(own)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ('file = "none.stl"', 'geometry.file: "none.stl" cannot be read'),
+        ("file = 3", "geometry.file: must be the name of a file, not 3"),
+        ("inlet = 3", "geometry.inlet: must be a string, not 3"),
+        ("inlet = { sphere = [1.0] }", "geometry.inlet.sphere: needs 4 numbers, not 1"),
+        ("inlet = { box = [[1.0, 2.0, 3.0]] }", "geometry.inlet.box: needs 2 corners, not 1"),
+        ("inlet = { ball = [1.0] }", "geometry.inlet.ball: unknown key"),
+        ("inlet = {}", "geometry.inlet: a region is one of sphere, box, plane, hole, not none"),
+        ("folds = [{ at = -1.0 }]", "geometry.folds[0].at: -1.0 must be above 0"),
+        ("folds = [3]", "geometry.folds[0]: must be a table { at = ..., side"),
+        ('unit = "mm"', "geometry.unit: 'mm' needs the length of [physical]"),
+        ("along = [0.0, 0.0, 0.0]", "geometry.along: has no direction"),
+        ('rest = "a"', "geometry.rest: must be a list of strings"),
+    ],
+)
+def test_tables_of_a_mesh_are_checked(tmp_path, line, message):
+    (tmp_path / "bag.stl").write_bytes(b"")
+    text = MESH.replace('file = "bag.stl"\n', "") if line.startswith("file") else MESH
+    with pytest.raises(SceneError) as caught:
+        loader.read(_file(tmp_path, f"{text}{line}\n"))
+    assert any(error.startswith(message) for error in caught.value.errors), caught.value.errors
+
+
+def test_a_mesh_needs_its_file(tmp_path):
+    with pytest.raises(SceneError, match=r"geometry\.file: is needed"):
+        loader.read(_file(tmp_path, MESH.replace('file = "bag.stl"\n', "")))

@@ -10,7 +10,7 @@ import pytest
 from cases.benchmarks.integrals.gaps import RIM, disc
 from cases.geometry import bodies
 from cases.geometry.bodies import from_control_points, sphere, torus
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem.flows.stokes_flow import StokesFlow
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle

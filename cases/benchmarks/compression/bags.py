@@ -28,7 +28,7 @@ from hbem.solvers.schwarz import two_level_schwarz
 from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.surface_points import sample
 
-from ...geometry.pillow import accordion, round_bag
+from ...geometry.pillows.pillow import accordion, round_bag
 from ..integrals.gaps import gap_traction, relative
 from ..report import Row, best
 from .measured import measured_rows

@@ -17,7 +17,7 @@ from hbem.flows.stokes_flow import StokesFlow
 from hbem.layers.direct_layer import DirectSingleLayer
 from hbem.solvers.saddle_system import SaddleSolution
 
-from ...geometry.pillow import PillowBag, round_bag
+from ...geometry.pillows.pillow import PillowBag, round_bag
 from ..integrals.gaps import relative
 from ..report import Row
 

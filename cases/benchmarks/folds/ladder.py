@@ -23,7 +23,7 @@ from hbem.layers.layer import SingleLayer
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle, SaddleSolution
 
-from ...geometry.pillow import accordion
+from ...geometry.pillows.pillow import accordion
 from ..compression.bags import fluid_solve, manufactured, strain
 from ..integrals.gaps import relative
 from ..report import Row

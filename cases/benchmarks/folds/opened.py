@@ -11,13 +11,13 @@ from scipy.sparse import eye
 
 from coupling.contact.sampled_mesh import SampledMesh
 
-from ...geometry.folded import FoldedBag
+from ...geometry.panels import FoldPanels
 from ...kinds.inflation.config import InflationScene
 from ...kinds.inflation.plan import InflationPlan
 from ...kinds.inflation.views.equal_volumes import RunByVolume
 from ...output.figures import NoPicture, frames_of
 from ...output.history import read_history
-from ...output.vtk import read_grid
+from ...output.vtk import flat_cells_of, read_grid
 from ...runs.folder import scene_of
 from ..report import Row, revision
 from .like import beside, named
@@ -81,11 +81,11 @@ def measured(folder: Path, others: Sequence[Path] = ()) -> Row:
 
 
 def _order(folder: Path, scene: InflationScene) -> str:
-    bag = InflationPlan(scene).bag
-    if not isinstance(bag, FoldedBag) or not bag.folding.squared_curvature:
+    panels = FoldPanels.of(InflationPlan(scene).bag)
+    if panels is None or not panels.folding.squared_curvature:
         return "no folds"
     try:
-        volumes = opened_at(bag, RunByVolume.of(folder))
+        volumes = opened_at(panels, RunByVolume.of(folder))
     except NoPicture:
         return "too few frames"
     return told(volumes) if len(volumes) else "frames of another mesh"
@@ -97,7 +97,7 @@ def crossings(folder: Path) -> tuple[int, int]:
     for _, name in frames:
         grid = read_grid(folder / name)
         if mesh is None:
-            quads = grid.cells_dict["quad"]
+            quads = flat_cells_of(grid).corners
             mesh = SampledMesh.of(eye(len(grid.points), format="csr"), quads, grid.points)
         found += mesh.intersects(grid.points)
     return len(frames), found

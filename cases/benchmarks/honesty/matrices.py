@@ -17,7 +17,7 @@ from hbem.flows.stokes_flow import StokesFlow
 from hbem.surfaces.patches import BezierPatches
 
 from ...geometry.bodies import sphere, spheroid
-from ...geometry.pillow import round_bag
+from ...geometry.pillows.pillow import round_bag
 from .clouds import CLOUDS, GRADED, dense, normals
 from .disguises import AWAY, CLOUD_DISGUISES, reordered
 

@@ -24,7 +24,7 @@ from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.surface_points import SampledSurface
 
 from ...geometry.bodies import closed_body
-from ...geometry.pillow import PillowBag, accordion, round_bag
+from ...geometry.pillows.pillow import PillowBag, accordion, round_bag
 from ..report import Row
 
 RESIDUAL = 1e-6  # asked of GMRES

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling import Outcome, State
+from shells.surfaces.spline_surface import SplineSurface
 
 from ... import loader
 from ...geometry.bag import Bag
@@ -63,7 +64,9 @@ def simulate(name: str, overrides: Sequence[str] = ()) -> BagRun:
 
 def asymmetry(body: Bag, coefficients: np.ndarray) -> float:
     """Largest distance of a coefficient from its ring's mean after rotating the ring back."""
-    surface, nt = body.membrane, body.membrane.t.n
+    surface = body.membrane
+    assert isinstance(surface, SplineSurface)
+    nt = surface.t.n
     angle = surface.t.greville - surface.t.breaks[0]
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(coefficients[: body.n_membrane].reshape(-1, nt, 3), -1, 0)

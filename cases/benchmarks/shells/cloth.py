@@ -24,7 +24,7 @@ from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.splines import SplineSpace
 from shells.surfaces.surface_basis import SurfaceBasis
 
-from ...geometry.pillow import PillowBag, round_bag, square_bag
+from ...geometry.pillows.pillow import PillowBag, round_bag, square_bag
 from ..report import Row
 
 THICKNESS = 0.01  # of the flat bags of unit length

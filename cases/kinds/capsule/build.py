@@ -19,6 +19,7 @@ from shells.energy.kirchhoff_love import KirchhoffLove
 from shells.energy.material import Material
 from shells.energy.volume import EnclosedVolume
 from shells.equilibrium.structure import ShellStructure
+from shells.surfaces.spline_surface import SplineSurface
 from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
@@ -60,6 +61,7 @@ LAWS: Mapping[str, Callable[[SurfaceBasis, Material], ShellEnergy]] = {
 def structure(scene: CapsuleScene, body: Bag) -> ShellStructure:
     """The closed membrane, free to move, and its constant volume."""
     c = scene.structure
+    assert isinstance(body.membrane, SplineSurface)
     basis = SurfaceBasis(body.membrane, body.coefficients)
     material = Material(c.flexural_rigidity, c.stiffness, c.poisson, c.density)
     energy = LAWS[c.law](basis, material)

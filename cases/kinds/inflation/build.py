@@ -8,32 +8,25 @@ from functools import partial
 import numpy as np
 
 from coupling import Fluid, State
-from coupling.contact.on_demand import Carrying
 from coupling.contact.watch import Watch
 from coupling.schemes.implicit import StructureOnly
 from coupling.schemes.scheme import Scheme
 from coupling.stepping.operator_reuse import OperatorReuse, reach
-from shells.energy.frame import curvature_in_frame
-from shells.energy.kirchhoff_love import KirchhoffLove
-from shells.energy.material import Material
-from shells.energy.volume import EnclosedVolume
-from shells.equilibrium.structure import ShellStructure
-from shells.surfaces.pillow import Pillow
-from shells.surfaces.surface_basis import SurfaceBasis
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import BagSampler
-from ...geometry.folded import FoldedBag
+from ...geometry.panels import FoldPanels
 from ...geometry.wrinkles import ClothSampler
 from ..inflow import prescribed_volume
 from ..schemes import scheme as named_scheme
 from ..simulated import Simulated
 from .config import InflationScene
+from .initial_bag import nature
+from .membrane import relaxed, structure, unstrained
 from .plan import InflationPlan
 from .touching import accuracy, contact, fields, test
 
 UNSTRETCHED = 1e-20  # membrane energy of rounding: a bag without folds has nothing to relax
-RELAXATION_STEP, RELAXATION_STEPS = 0.05, 10  # in wave times of the unit length
 
 
 def simulated(scene: InflationScene) -> Simulated:
@@ -43,14 +36,16 @@ def simulated(scene: InflationScene) -> Simulated:
     touching = contact(plan, sampler)
     shell = structure(scene, plan.bag, touching)
     start = State(0.0, body.coefficients, np.zeros_like(body.coefficients))
-    if scene.structure.reference == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
+    if nature(scene, body) == "flat" and shell.energies(start)["membrane"] > UNSTRETCHED:
         start = relaxed(shell, start)
     initial, i = shell.volume(body.coefficients), scene.inflow
 
+    panels = FoldPanels.of(body)
+
     def diagnostics(state: State) -> Mapping[str, float]:
         found = {"min_gap": sampler.gap(state.coefficients)}
-        if isinstance(body, FoldedBag):
-            found["panel_angle"] = float(body.panel_angles(state.coefficients).max())
+        if panels is not None:
+            found["panel_angle"] = float(panels.angles(state.coefficients).max())
         return found
 
     return Simulated(
@@ -74,59 +69,7 @@ def _sampler(scene: InflationScene, body: Bag) -> BagSampler:
     """Draws the bag, and where it wrinkles if it can."""
     if scene.structure.law != "tension-field":
         return BagSampler(body)
-    return ClothSampler(body, _unstrained(scene, body), scene.structure.poisson_ratio)
-
-
-def _unstrained(scene: InflationScene, body: Bag) -> np.ndarray:
-    """Coefficients of the membrane whose metric is free of stress."""
-    if scene.structure.reference == "flat" and isinstance(body, FoldedBag):
-        return body.flat[: body.n_membrane]
-    return body.coefficients[: body.n_membrane]
-
-
-def structure(scene: InflationScene, body: Bag, touching: Carrying | None = None) -> ShellStructure:
-    """The membrane with its rim, poles and enclosed volume, and what it touches."""
-    c = scene.structure
-    surface = body.membrane
-    folded = body.coefficients[: body.n_membrane]
-    flat = body.flat[: body.n_membrane] if isinstance(body, FoldedBag) else folded
-    basis = SurfaceBasis(surface, _unstrained(scene, body), points=c.quadrature or None)
-    # a bag folded from flat cloth wants to unfold: metric as it is, curvature of the flat bag;
-    # creases that have set do not
-    unfolds = flat is not folded and c.reference != "creased"
-    curvature = curvature_in_frame(basis.reference, basis.jets(flat)) if unfolds else None
-    assert body.inlet is not None  # bags of this kind have one
-    lid = SurfaceBasis(body.inlet, body.coefficients[body.n_membrane :])
-    offset = EnclosedVolume(lid).value(body.coefficients[body.n_membrane :])
-    material = Material(c.flexural_rigidity, c.stiffness, c.poisson_ratio, c.density)
-    shell = KirchhoffLove(
-        basis,
-        material,
-        curvature=curvature,
-        membrane=c.membrane,
-        compression_share=c.kept_compression,
-        hinges=surface.seam if isinstance(surface, Pillow) and c.seam == "hinged" else None,
-    )
-    volume = EnclosedVolume(basis, offset)
-    return ShellStructure(shell, body.support(c.inflow_rim), volume, contact=touching)
-
-
-def relaxed(shell: ShellStructure, start: State) -> State:
-    """A stretched start after some overdamped steps at constant volume, at rest.
-
-    Velocities are dropped after each step, so that the folds' membrane energy does not become
-    motion. The steps are short against the unfolding: the folds stay.
-    """
-    at_rest, volume = np.zeros_like(start.velocity), shell.volume(start.coefficients)
-    state, dt, left = start, RELAXATION_STEP, RELAXATION_STEPS
-    while left and dt > 1e-4 * RELAXATION_STEP:
-        step = shell.step(State(0.0, state.coefficients, at_rest, state.pressure), None, dt, volume)
-        if step.ok:
-            s = step.state
-            state, left = State(s.t, s.coefficients, s.velocity, s.pressure), left - 1
-        else:
-            dt *= 0.5
-    return State(0.0, state.coefficients, at_rest, state.pressure)
+    return ClothSampler(body, unstrained(scene, body), scene.structure.poisson_ratio)
 
 
 def fluid(plan: InflationPlan) -> Fluid:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from coupling.contact.contact_numbers import REACH, STIFFNESS, ContactNumbers, choose_contact
 
 from ...geometry.bag import Bag
 from ...geometry.bag_sampler import triangulated
-from ...geometry.folded import FoldedBag
 from .config import InflationScene
 
 MARGIN = 1.5  # largest pressure over that of the folds' energy
@@ -55,31 +56,32 @@ def carried(scene: InflationScene, body: Bag) -> Carried:
     if scene.structure.law == "tension-field":
         forecast *= CLOTH
     forecast = max(forecast, LEAST * scene.structure.stiffness)
-    free = at_rest(body, forecast).reach if isinstance(body, FoldedBag) else REACH * body.gap
+    free = at_rest(body, forecast).reach if body.folding is not None else REACH * body.gap
     return Carried(c.reach * body.gap or free, c.stiffness or STIFFNESS * forecast, forecast)
 
 
-def at_rest(bag: FoldedBag, pressure: float, cells: int = 3) -> ContactNumbers:
+def at_rest(bag: Bag, pressure: float, cells: int = 3) -> ContactNumbers:
     """Reach at which nothing acts at rest, unless sheets are too near for any, and how near."""
     return choose_contact(triangulated(bag, cells), bag.coefficients, bag.gap, pressure)
 
 
-def facing_distance(bag: FoldedBag) -> float:
+def facing_distance(bag: Bag) -> float:
     """Smallest distance of sheets whose normals oppose each other, up to the gap."""
     return min(at_rest(bag, 1.0).facing, bag.gap)
 
 
 def opening_pressure(scene: InflationScene, body: Bag) -> float:
     """Largest excess pressure expected while the folds of a bag open."""
-    turned = body.folding.squared_curvature if isinstance(body, FoldedBag) else 0.0
+    turned = 0.0 if body.folding is None else body.folding.squared_curvature
     # bags without folds: sheets as wide as the bag bulge
     if not turned:
         return FLAT * scene.structure.stiffness / body.extent
     rise = abs(scene.inflow.final_volume - 1.0) * body.exact_volume
-    work = scene.structure.flexural_rigidity * turned * width_of(scene)
+    work = scene.structure.flexural_rigidity * turned * width_of(scene, body)
     return MARGIN * work / max(rise, 0.1 * body.exact_volume)
 
 
-def width_of(scene: InflationScene) -> float:
-    """Length of the folds: the width of the bag."""
-    return float(getattr(scene.geometry, "width", 1.0))
+def width_of(scene: InflationScene, bag: Bag) -> float:
+    """Length of the folds: the width of the flat bag, which lies along x."""
+    width = getattr(scene.geometry, "width", None)
+    return float(np.ptp(bag.cut[:, 1]) if width is None else width)

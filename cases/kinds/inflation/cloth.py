@@ -12,8 +12,10 @@ import math
 
 import numpy as np
 
+from shells.surfaces.local_elements import rule
+
 from ...geometry.bag import Bag
-from ...geometry.folded import FoldedBag
+from ...geometry.bag_sampler import tangents
 from ...output.forecast import Item
 from .config import InflationScene, PillowGeometry
 
@@ -92,9 +94,9 @@ def _hinge(effect: str) -> str:
 def _rim(scene: InflationScene, body: Bag) -> float:
     """Pressure scale 4 D C / t^2 of a pillow's folded rim; 0 of a hinged seam or another bag."""
     c = scene.structure
-    if not isinstance(body, FoldedBag) or c.seam == "hinged":
+    if body.folding is None or c.seam == "hinged":
         return 0.0
-    return 4.0 * c.stiffness * c.flexural_rigidity / body.folding.gap**2
+    return 4.0 * c.stiffness * c.flexural_rigidity / body.folds.gap**2
 
 
 def _interpolated(x: float, points: tuple[float, ...], values: tuple[float, ...]) -> float:
@@ -106,14 +108,12 @@ def _interpolated(x: float, points: tuple[float, ...], values: tuple[float, ...]
 
 
 def _area(body: Bag) -> float:
-    """Area of membrane and inlet, by two points an element and direction; of the flat bag."""
-    whole = body.flat if isinstance(body, FoldedBag) else body.coefficients
-    x = 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3.0)
-    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    """Area of membrane and inlet, by a rule of two points; of the flat bag."""
     total, start = 0.0, 0
     for part in body.parts:
-        c = whole[start : start + part.n_coefficients]
+        c = body.cut[start : start + part.n_coefficients]
         start += part.n_coefficients
-        s, t = (part.sample(xi, eta, k) @ c for k in (0, 1))
-        total += 0.25 * float(np.linalg.norm(np.cross(s, t), axis=1).sum())
+        xi, eta, weights = rule(part.shape, 2)
+        size = np.linalg.norm(np.cross(*tangents(part, c, (xi, eta))), axis=1)
+        total += float(np.tile(weights, part.n_elements) @ size)
     return total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
 from .config import (
     BagStructure,
@@ -12,6 +13,7 @@ from .config import (
     PillowGeometry,
     PillowMesh,
 )
+from .mesh_config import MeshGeometry, Region
 
 THIN = 1e-14  # smallest flexural rigidity without a tension field
 CRUMPLED = 4096  # elements
@@ -48,6 +50,8 @@ def impossible(scene: InflationScene) -> list[str]:
         cases = [*_impossible_pancake(g, m), *cases]
     if isinstance(g, PillowGeometry) and isinstance(m, PillowMesh):
         cases = [*cases, *_impossible_folds(g, m)]
+    if isinstance(g, MeshGeometry):
+        cases = [*_impossible_file(g, scene), *cases]
     return [message for wrong, message in cases if wrong]
 
 
@@ -127,6 +131,45 @@ def _impossible_folds(g: PillowGeometry, m: PillowMesh) -> list[tuple[bool, str]
             m.inlet > across // 3,
             f"mesh.inlet: {m.inlet} elements are too many for {across} across; use at most "
             f"{across // 3}",
+        ),
+    ]
+
+
+def _impossible_file(g: MeshGeometry, scene: InflationScene) -> list[tuple[bool, str]]:
+    """Files that are not named, units without a length, regions that say nothing or too much."""
+    kinds = [f.name for f in fields(Region)]
+    region = g.inlet if isinstance(g.inlet, Region) else Region(hole=(0.0, 0.0, 0.0))
+    said = [name for name in kinds if getattr(region, name)]
+    counts = {"sphere": 4, "box": 2, "plane": 4, "hole": 3}
+    return [
+        (not g.file, "geometry.file: is needed, the mesh of the bag"),
+        (
+            bool(g.unit) and scene.physical is None,
+            f"geometry.unit: {g.unit!r} needs the length of [physical]; without it the file counts "
+            "in units of L: leave geometry.unit out",
+        ),
+        (
+            len(said) != 1,
+            f"geometry.inlet: a region is one of {', '.join(kinds)}, not "
+            f"{' and '.join(said) or 'none'}",
+        ),
+        *(
+            (
+                len(getattr(region, name)) != counts[name],
+                f"geometry.inlet.{name}: needs {counts[name]} "
+                f"{'corners' if name == 'box' else 'numbers'}, not {len(getattr(region, name))}",
+            )
+            for name in said[:1]
+        ),
+        (not any(g.along), "geometry.along: has no direction; give one in the pattern's plane"),
+        (
+            bool(g.folds) and bool(g.reference),
+            "geometry.reference: a pattern that geometry.folds folds is its own unfolded bag; give "
+            "one of the two",
+        ),
+        (
+            scene.structure.membrane == "reduced",
+            "structure.membrane: 'reduced' is a rule of splines; triangles take 'gauss'",
         ),
     ]
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 from ...limits import rule
 from ...sections import Choice, Coupling, Output, Physical, Sections, Time
+from .mesh_config import MeshGeometry, TriangleMesh
 
 FOLDS = ("flat", "accordion", "roll", "double")
 LENGTH = {"least": 1e-4, "most": 1e4}
@@ -17,6 +18,7 @@ RATIO = {"least": 1e-6, "most": 1e6}
 TIME = {"least": 1e-6, "most": 1e9}
 WRINKLES = {"structure.law": ("tension-field",)}
 PILLOW = {"geometry.kind": ("pillow",)}
+UNFOLDS = {"geometry.kind": ("pillow", "mesh")}
 FLOW = {"fluid.model": ("stokes",)}
 CARRIED = {"contact.force": ("barrier",)}
 ITERATIVE = {**FLOW, "fluid.solver": ("auto", "gmres")}
@@ -103,12 +105,14 @@ class BagStructure:
     points of the membrane energy: ``"reduced"`` is the rule of fewer points that does not lock.
     ``reference`` names the stress-free state of a folded bag: ``folded`` takes the metric of the
     folded state and the curvature of the flat bag, ``flat`` both from the flat bag, ``creased``
-    both from the folded state (only pressure opens it).
+    both from the folded state (only pressure opens it); ``auto`` is ``flat`` where a mesh file
+    brings an unfolded bag, else ``folded``.
 
     ``law = "tension-field"`` lets the membrane wrinkle without resistance, but for the share
     ``compression_share`` of its stiffness; only then may the rigidity be below 1e-14, or 0.
     ``seam = "hinged"``: no bending in the elements along the rim of a pillow, where its sheets
-    are sewn together; ``"continuous"`` bends about the rim as the flat bag is bent there.
+    are sewn together; ``"continuous"`` bends about the rim as the flat bag is bent there. In a
+    mesh its sharp edges (``geometry.crease``) are the seams.
     """
 
     stiffness: float = rule(1.0, **RATIO)
@@ -120,8 +124,8 @@ class BagStructure:
     inflow_rim: str = rule("clamped", choices=("hinged", "clamped"))
     quadrature: int = rule(0, least=0, most=12)
     membrane: str = rule("gauss", choices=("gauss", "reduced"))
-    reference: str = rule("folded", choices=("folded", "flat", "creased"), only=PILLOW)
-    seam: str = rule("continuous", choices=("continuous", "hinged"), only=PILLOW)
+    reference: str = rule("auto", choices=("auto", "folded", "flat", "creased"), only=UNFOLDS)
+    seam: str = rule("continuous", choices=("continuous", "hinged"), only=UNFOLDS)
 
     @property
     def kept_compression(self) -> float:
@@ -188,8 +192,8 @@ class InflationScene:
 
     name: str
     description: str = ""
-    geometry: PancakeGeometry | PillowGeometry = PancakeGeometry()
-    mesh: PancakeMesh | PillowMesh = PancakeMesh()
+    geometry: PancakeGeometry | PillowGeometry | MeshGeometry = PancakeGeometry()
+    mesh: PancakeMesh | PillowMesh | TriangleMesh = PancakeMesh()
     structure: BagStructure = BagStructure()
     fluid: BagFluid = BagFluid()
     inflow: BagInflow = BagInflow()
@@ -211,8 +215,13 @@ class InflationScene:
 
 
 SECTIONS: Sections = {
-    "geometry": Choice("geometry.kind", {"pancake": PancakeGeometry, "pillow": PillowGeometry}),
-    "mesh": Choice("geometry.kind", {"pancake": PancakeMesh, "pillow": PillowMesh}),
+    "geometry": Choice(
+        "geometry.kind",
+        {"pancake": PancakeGeometry, "pillow": PillowGeometry, "mesh": MeshGeometry},
+    ),
+    "mesh": Choice(
+        "geometry.kind", {"pancake": PancakeMesh, "pillow": PillowMesh, "mesh": TriangleMesh}
+    ),
     "structure": BagStructure,
     "fluid": BagFluid,
     "inflow": BagInflow,

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.folded import FoldedBag
+from ...geometry.bag import Bag
 from ...geometry.folding import LEAD
 from ...output.forecast import Item
 from ..inflow import ramp_integral
 from .carried import facing_distance, opening_pressure, width_of
-from .config import InflationScene
+from .config import InflationScene, PillowGeometry
+from .initial_bag import nature
 from .plan import InflationPlan
 
 # Mean over largest bulge of a panel: first contacts of accordions of two folds came at V/V0 = 2.15
@@ -43,11 +44,11 @@ class Touch:
 def difficulty(plan: InflationPlan) -> tuple[list[Item], list[str]]:
     """Lines of the forecast of a folded bag, and its warnings."""
     scene, bag = plan.scene, plan.bag
-    if not isinstance(bag, FoldedBag):
+    if bag.folding is None:
         return [], []
     items, warnings = contact_lines(bag, plan.carried)
     pressure = opening_pressure(scene, bag)
-    if not bag.folding.squared_curvature:
+    if not bag.folds.squared_curvature:
         return items, warnings
     items.append(Item("opening pressure", pressure, "", "the folds' bending energy as work"))
     for more, cautions in (
@@ -61,12 +62,12 @@ def difficulty(plan: InflationPlan) -> tuple[list[Item], list[str]]:
     return items, warnings
 
 
-def contact_lines(bag: FoldedBag, carried: object | None) -> tuple[list[Item], list[str]]:
+def contact_lines(bag: Bag, carried: object | None) -> tuple[list[Item], list[str]]:
     """Reach and stiffness of contact, and the smallest distance of facing sheets at the start.
 
     Parameters
     ----------
-    bag : FoldedBag
+    bag : Bag
     carried : object with ``reach``, ``stiffness`` and ``floor``, optional
         None without contact forces.
     """
@@ -85,15 +86,15 @@ def contact_lines(bag: FoldedBag, carried: object | None) -> tuple[list[Item], l
         return items, []
     return items, [
         f"sheets face each other {near:.2g} apart at rest, within contact's reach {reach:.2g}: the "
-        f"mesh pinches them (raise mesh.around), or lower contact.reach to "
+        f"mesh pinches them (refine it), or lower contact.reach to "
         f"{0.9 * near / bag.gap:.2g}"
     ]
 
 
-def touch(scene: InflationScene, bag: FoldedBag, pressure: float) -> Touch:
+def touch(scene: InflationScene, bag: Bag, pressure: float) -> Touch:
     """Where sheets will meet first, from bulging panels between folds that have not opened."""
-    fold, c = bag.folding, scene.structure
-    if scene.geometry.fold == "roll":  # type: ignore[union-attr]
+    fold, c = bag.folds, scene.structure
+    if _rolled(scene):
         # the straight end rests on the first turn, whatever the pressure
         return Touch(
             "the straight end and the first turn",
@@ -109,6 +110,10 @@ def touch(scene: InflationScene, bag: FoldedBag, pressure: float) -> Touch:
     return Touch("neighbouring panels", volume, bool(bulge > TOUCHES))
 
 
+def _rolled(scene: InflationScene) -> bool:
+    return isinstance(scene.geometry, PillowGeometry) and scene.geometry.fold == "roll"
+
+
 def time_of(scene: InflationScene, volume: float) -> float:
     """Time at which V/V0 is reached; infinite beyond the final volume."""
     i = scene.inflow
@@ -120,7 +125,7 @@ def time_of(scene: InflationScene, volume: float) -> float:
 
 
 def _touch(
-    scene: InflationScene, bag: FoldedBag, pressure: float, *, carries: bool
+    scene: InflationScene, bag: Bag, pressure: float, *, carries: bool
 ) -> tuple[list[Item], list[str]]:
     found = touch(scene, bag, pressure)
     when = time_of(scene, found.volume)
@@ -136,35 +141,35 @@ def _touch(
     return items, [f"{note}, will meet and end the run; set contact.force = 'barrier'"]
 
 
-def _snap(scene: InflationScene, bag: FoldedBag) -> tuple[list[Item], list[str]]:
+def _snap(scene: InflationScene, bag: Bag) -> tuple[list[Item], list[str]]:
     """Bending energy that folds which have not set bring along."""
-    if scene.structure.reference == "creased":
+    if nature(scene, bag) == "creased":
         return [], []
     rigidity = scene.structure.flexural_rigidity
-    energy = rigidity * bag.folding.squared_curvature * width_of(scene)
+    energy = rigidity * bag.folds.squared_curvature * width_of(scene, bag)
     # two sheets of unit density, a panel's length to go
-    mass = 2.0 * scene.structure.density * width_of(scene)
-    time = bag.folding.panel * np.sqrt(0.5 * mass / max(energy, 1e-300))
+    mass = 2.0 * scene.structure.density * width_of(scene, bag)
+    time = bag.folds.panel * np.sqrt(0.5 * mass / max(energy, 1e-300))
     grown = 1.0 + (scene.inflow.final_volume - 1.0) * ramp_integral(
         time, scene.inflow.t1, scene.inflow.t2
     )
     items = [
         Item("energy of the folds", energy, "", f"springs a panel open in a time of {time:.2g}")
     ]
-    if grown > 1.0 + BULGE * bag.folding.between / bag.folding.gap:
+    if grown > 1.0 + BULGE * bag.folds.between / bag.folds.gap:
         return items, []
     return items, [
-        f"structure.reference = {scene.structure.reference!r}: folds spring open within t = "
+        f"structure.reference = {nature(scene, bag)!r}: folds spring open within t = "
         f"{time:.2g}, when V/V0 is {grown:.2f}: panels' own sheets are sucked onto each other; "
         "'creased' folds wait for the pressure"
     ]
 
 
-def _film(scene: InflationScene, bag: FoldedBag, pressure: float) -> tuple[list[Item], list[str]]:
+def _film(scene: InflationScene, bag: Bag, pressure: float) -> tuple[list[Item], list[str]]:
     """Pressure that the influx needs through one panel, over the one that opens a fold."""
-    i, fold = scene.inflow, bag.folding
-    influx = abs(i.final_volume - 1.0) * bag.exact_volume / i.t2 / width_of(scene)
-    rolled = scene.geometry.fold == "roll"  # type: ignore[union-attr]
+    i, fold = scene.inflow, bag.folds
+    influx = abs(i.final_volume - 1.0) * bag.exact_volume / i.t2 / width_of(scene, bag)
+    rolled = _rolled(scene)
     length = 1.0 - LEAD if rolled else fold.panel
     needed = 12.0 * scene.fluid.mass_ratio * influx * length / fold.gap**3
     group = needed / pressure

@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from hbem.layers.choice import STORED_LIMIT
+from shells.surfaces.local_elements import rule
 
 from ...geometry.bag import Bag
-from ...geometry.folded import FoldedBag
+from ...geometry.bag_sampler import tangents
 from ...geometry.inspection import inspect, strain_energy
 from ...output.forecast import GIGABYTE, Forecast, Item
 from .. import locking
@@ -20,10 +21,16 @@ from ..sizes import MEASURED, Sizes
 from .cloth import cloth
 from .config import InflationScene, PillowGeometry
 from .difficulty import difficulty
-from .plan import InflationPlan
+from .initial_bag import nature
+from .mesh_forecast import drawn, told, users_mesh
+from .plan import COARSER, InflationPlan
 
 # Measured on pancakes of 1e2 to 1e3 elements: near (point, element) pairs per outer point.
 NEAR_PAIRS_PER_POINT = 24
+FINER = {
+    "pillow": "raise mesh.around",
+    "mesh": "raise mesh.split (each halves all edges), or refine the file at its folds, ",
+}
 REFERENCES = {
     "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",
     "flat": "the flat bag: stretched by the folds, starts with a relaxation",
@@ -44,7 +51,10 @@ def forecast(scene: InflationScene) -> Forecast:
     items = _sizes(plan)
     locked = _locked(scene, plan.bag)
     warnings = [locked] if locked else []
-    if isinstance(plan.bag, FoldedBag):
+    more, cautions = users_mesh(plan)
+    items = [*more, *items]
+    warnings += cautions
+    if plan.bag.folding is not None:
         for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
             items += more
             warnings += cautions
@@ -57,39 +67,35 @@ def forecast(scene: InflationScene) -> Forecast:
         more, cautions = _fluid(plan)
         items += more
         warnings += cautions
-    return Forecast(tuple(items), tuple(warnings))
+    return Forecast(tuple(items), tuple(warnings), drawn(plan), told(plan))
 
 
 def _inlet_area(plan: InflationPlan) -> float:
-    """Area of the inlet, by three points an element and direction."""
-    x, w = np.polynomial.legendre.leggauss(3)
-    xi, eta = (0.5 * (g.ravel() + 1.0) for g in np.meshgrid(x, x, indexing="ij"))
+    """Area of the inlet, by a rule of three points."""
+    xi, eta, weights = rule(plan.inlet.shape, 3)
     c = plan.bag.coefficients[plan.bag.n_membrane :]
-    s, t = (plan.inlet.sample(xi, eta, k) @ c for k in (0, 1))
-    weights = np.tile(0.25 * np.outer(w, w).ravel(), plan.inlet.n_elements)
-    return float(weights @ np.linalg.norm(np.cross(s, t), axis=1))
+    size = np.linalg.norm(np.cross(*tangents(plan.inlet, c, (xi, eta))), axis=1)
+    return float(np.tile(weights, plan.inlet.n_elements) @ size)
 
 
 def volume(body: Bag) -> float:
     """Enclosed volume of the initial bag [T 2.27]."""
-    x, w = np.polynomial.legendre.leggauss(body.membrane.degree + 2)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
-    xi, eta = (g.ravel() for g in np.meshgrid(x, x, indexing="ij"))
+    xi, eta, weights = rule(body.membrane.shape, body.membrane.degree + 2)
     total, start = 0.0, 0
     for part in body.parts:
         c = body.coefficients[start : start + part.n_coefficients]
         start += part.n_coefficients
-        point, s, t = (part.sample(xi, eta, k) @ c for k in (None, 0, 1))
-        cone = np.einsum("ij,ij->i", point, np.cross(s, t)) / 3.0
-        total += float(cone @ np.tile(np.outer(w, w).ravel(), part.n_elements))
+        point = part.sample(xi, eta) @ c
+        cone = np.einsum("ij,ij->i", point, np.cross(*tangents(part, c, (xi, eta)))) / 3.0
+        total += float(cone @ np.tile(weights, part.n_elements))
     return total
 
 
 def _locked(scene: InflationScene, body: Bag) -> str | None:
     """The loss and its remedy, if a scene sits in the locked regime."""
     c, degree = scene.structure, scene.mesh.degree
-    if c.flexural_rigidity == 0.0:
-        return None  # no bending response to lose
+    if c.flexural_rigidity == 0.0 or body.membrane.shape == "triangle":
+        return None  # no bending response to lose, or none measured
     x, size = locking.locking_parameter(body, float(np.sqrt(12.0 * c.flexural_rigidity)))
     lost = locking.loss(x, degree, c.membrane)
     if lost < locking.LIMIT:
@@ -113,14 +119,20 @@ def _locked(scene: InflationScene, body: Bag) -> str | None:
 def _sizes(plan: InflationPlan) -> list[Item]:
     scene, body = plan.scene, plan.bag
     start = volume(body)
-    error = f"largest distance {body.fit_error:.2g}"
     volume_error = abs(start / body.exact_volume - 1.0)
     # a crumpled bag has no exact shape to compare with
     compared = "" if np.isnan(volume_error) else f", volume {volume_error:.1e}"
+    fitted = f"of the spline fit: largest distance {body.fit_error:.2g}{compared}"
+    smoothed = f"of the smooth surface, at most {body.fit_error:.2g} off the facets"
     return [
         Item("elements", plan.elements, "", f"{plan.inlet.n_elements} of them inlet"),
-        Item("structure unknowns", 3 * body.membrane.n_dofs, "", "before supports"),
-        Item("initial volume", start, "", f"of the spline fit: {error}{compared}"),
+        Item("structure unknowns", 3 * body.membrane.reduction.shape[1], "", "before supports"),
+        Item(
+            "initial volume",
+            start,
+            "",
+            smoothed if body.membrane.shape == "triangle" else fitted,
+        ),
         Item("final volume", scene.inflow.final_volume * start),
         Item("smallest gap", body.gap, "", f"over a lateral extent of {body.extent:g}"),
         Item("steps", int(np.ceil(scene.time.end / scene.time.dt)), "", f"of {scene.time.dt:g}"),
@@ -129,9 +141,10 @@ def _sizes(plan: InflationPlan) -> list[Item]:
     ]
 
 
-def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str]]:
+def _folds(scene: InflationScene, body: Bag) -> tuple[list[Item], list[str]]:
     """How a bag is folded, measured on its fit, against the rules of folding."""
-    found, fold = inspect(body), body.folding
+    found, fold = inspect(body), body.folds
+    finer = FINER["mesh" if body.membrane.shape == "triangle" else "pillow"]
     low, p1, p99, high = found.stretches
     faced = "nothing" if np.isinf(found.faced) else found.faced
     items = [
@@ -144,17 +157,17 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
         ),
     ]
     if np.isinf(fold.radius):
-        return items, found.warnings()
-    nature = scene.structure.reference
+        return items, found.warnings(finer)
+    rest = nature(scene, body)
     items += [
         Item("fold radius", fold.radius, "", f"fit error {body.fit_error / fold.radius:.2g} of it"),
         Item("elements per fold radius", found.per_radius, "", "1 at least, 2 for strains to 3%"),
         Item("gap over twice the radius", found.curvature, "", "below 1 or sheets turn inside out"),
         Item("between panels", fold.between, "", f"panels {fold.panel:.3g} long"),
         Item("stretch of folding", high, "", f"down to {low:.3g}; 98% in {p1:.3g} .. {p99:.3g}"),
-        Item("reference", nature, "", REFERENCES[nature]),
+        Item("reference", rest, "", REFERENCES[rest]),
     ]
-    if nature == "flat":
+    if rest == "flat":
         c, strain = scene.structure, max(high - 1.0, 1.0 - low)
         energy, note = strain_energy(body, c.poisson_ratio), f"largest strain {strain:.2g}"
         if c.law == "tension-field":
@@ -162,7 +175,7 @@ def _folds(scene: InflationScene, body: FoldedBag) -> tuple[list[Item], list[str
             energy = strain_energy(body, c.poisson_ratio, c.kept_compression)
             note = f"tension only, to strains of {strain:.2g}: {energy / whole:.0%} of 'svk'"
         items.append(Item("initial membrane energy", energy, "", note))
-    return items, found.warnings()
+    return items, found.warnings(finer)
 
 
 def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
@@ -201,8 +214,8 @@ def _fluid(plan: InflationPlan) -> tuple[list[Item], list[str]]:
         items.append(Item("", "", "", f"'gauss-seidel' would diverge at this dt ({others})"))
     if memory > 4.0 and f.solver == "lu":
         warnings.append(
-            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or coarsen the "
-            "mesh (mesh.around, mesh.flat_max)"
+            f"the dense operator takes {memory:.1f} GB; set fluid.solver = 'auto', or "
+            f"{COARSER[scene.geometry.kind]}"
         )
     if speed > 3.0:
         warnings.append(
@@ -229,7 +242,7 @@ def _large(plan: InflationPlan) -> Forecast:
     ]
     warnings = [
         f"{plan.elements} elements: the geometry was not measured, which takes more than seconds; "
-        f"check it with {MEASURED} elements or fewer (mesh.around)"
+        f"check it with {MEASURED} elements or fewer ({COARSER[plan.scene.geometry.kind]})"
     ]
     if plan.has_flow:
         items += [

@@ -1,4 +1,4 @@
-"""The bag that a scene starts from: a pancake, or a pillow that is flat, folded or rolled."""
+"""The bag that a scene starts from: a pancake, a pillow flat, folded or rolled, a user's mesh."""
 
 from __future__ import annotations
 
@@ -7,11 +7,17 @@ from ...geometry.folding import Folding, accordion_folding, double_folding, flat
 from ...geometry.pancake import Pancake, meridian_rows, pancake
 from ...sections import SceneError
 from .config import InflationScene, PancakeGeometry, PancakeMesh, PillowGeometry, PillowMesh
+from .mesh_config import MeshGeometry, TriangleMesh
 
 
 def initial_bag(scene: InflationScene) -> Bag:
     """The fitted bag of a scene."""
     g, m = scene.geometry, scene.mesh
+    if isinstance(g, MeshGeometry):
+        assert isinstance(m, TriangleMesh)  # both are chosen by geometry.kind
+        from .users_mesh import bag_of
+
+        return bag_of(g, m, scene.physical)
     if isinstance(g, PillowGeometry):
         assert isinstance(m, PillowMesh)  # both are chosen by geometry.kind
         return _pillow(g, m, scene.output.seed)
@@ -30,8 +36,11 @@ def initial_bag(scene: InflationScene) -> Bag:
 
 
 def narrowest(scene: InflationScene) -> tuple[float, float]:
-    """Sheet distance and lateral extent of the narrowest region, without fitting a bag."""
+    """Sheet distance and lateral extent of the narrowest region, without fitting splines."""
     g = scene.geometry
+    if isinstance(g, MeshGeometry):
+        bag = initial_bag(scene)
+        return bag.gap, bag.extent
     if isinstance(g, PillowGeometry):
         fold = _folding(g)
         return min(fold.gap, fold.between), 0.5 * fold.panel
@@ -39,8 +48,11 @@ def narrowest(scene: InflationScene) -> tuple[float, float]:
 
 
 def counts(scene: InflationScene) -> tuple[int, int]:
-    """Elements and density functions of membrane and inlet, without fitting a bag."""
+    """Elements and density functions of membrane and inlet, without fitting splines."""
     g, m = scene.geometry, scene.mesh
+    if isinstance(m, TriangleMesh):
+        parts = initial_bag(scene).parts
+        return sum(p.n_elements for p in parts), sum(p.n_dofs for p in parts)
     if isinstance(m, PillowMesh):
         across = m.across or m.around // 2
         # functions over the rim of the inlet are cut in two; those inside belong to it alone
@@ -53,6 +65,15 @@ def counts(scene: InflationScene) -> tuple[int, int]:
     # the two rings of functions at a pole have three in common
     functions = (rows + doubled + m.disc + 2 * m.degree - 4) * m.around + 6
     return (rows + m.disc) * m.around, functions
+
+
+def nature(scene: InflationScene, bag: Bag) -> str:
+    """The stress-free state of a bag: "folded", "flat" or "creased"."""
+    said = scene.structure.reference
+    if said != "auto":
+        return said
+    # a mesh file that brings its own unfolded bag means it
+    return "folded" if bag.flat is None or bag.folding is not None else "flat"
 
 
 def _folding(g: PillowGeometry) -> Folding:
@@ -68,8 +89,8 @@ def _folding(g: PillowGeometry) -> Folding:
 def _pillow(g: PillowGeometry, m: PillowMesh, seed: int) -> Bag:
     from shells.surfaces.pillow import Pillow
 
-    from ...geometry.crumple import CrumpleError
-    from ...geometry.folded import folded_bag
+    from ...geometry.pillows.crumple import CrumpleError
+    from ...geometry.pillows.folded import folded_bag
 
     try:
         return folded_bag(

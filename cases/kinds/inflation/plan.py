@@ -18,15 +18,22 @@ from coupling.schemes.contraction import contraction_forecast
 from hbem.accuracy import Budget, budget, larger_unknowns
 from hbem.layers.choice import STORED_LIMIT, Compression, bytes_of, choose
 from hbem.surfaces.quadrature import QuadratureOrders
-from shells.surfaces.tensor_surface import TensorSurface
+from shells.surfaces.surface import Surface
 
 from ...geometry.bag import Bag
+from ...geometry.bag_sampler import element_areas
 from ...machine import memory_bytes
 from ..sizes import NEAR_BYTES, SHARE, Sizes, dense_bytes, response_bytes, shell_bytes
 from .carried import FLOOR, Carried, carried
 from .config import InflationScene, PillowGeometry
 from .initial_bag import counts, initial_bag, narrowest
+from .mesh_config import MeshGeometry, TriangleMesh
 
+COARSER = {
+    "pancake": "lower mesh.around or raise mesh.flat_max",
+    "pillow": "lower mesh.around",
+    "mesh": "lower mesh.split, or decimate the file in a mesh tool",
+}
 LARGER_LIMIT = 30_000  # unknowns of the space that measures the mesh's share, some ten assemblies
 
 
@@ -42,7 +49,7 @@ class InflationPlan:
         return initial_bag(self.scene)
 
     @property
-    def inlet(self) -> TensorSurface:
+    def inlet(self) -> Surface:
         """The inlet of the bag."""
         inlet = self.bag.inlet
         assert inlet is not None  # only closed bodies of other kinds have none
@@ -56,6 +63,13 @@ class InflationPlan:
     def unknowns(self) -> int:
         """Traction components on membrane and inlet."""
         return 3 * self._counts[1]
+
+    @property
+    def components(self) -> int:
+        """Displacement components; splines carry traction and displacements alike."""
+        if isinstance(self.scene.mesh, TriangleMesh):
+            return 3 * self.bag.n_membrane
+        return self.unknowns
 
     @property
     def elements(self) -> int:
@@ -129,14 +143,13 @@ class InflationPlan:
     def sizes(self) -> Sizes:
         """Counts and memory from the numbers of the scene."""
         s = self.scene
-        memory = {"shell": shell_bytes(self.elements, s.mesh.degree, self.unknowns)}
+        memory = {"shell": shell_bytes(self.elements, s.mesh.degree, self.components)}
         if self.has_flow:
             memory["single layer"] = self.operator_bytes
-            memory["fluid response"] = response_bytes(s.coupling, self.unknowns)
+            memory["fluid response"] = response_bytes(s.coupling, self.components)
             if s.fluid.viscosity_ratio != 1.0:
                 memory["double layer"] = self._double_layer_bytes
-        pillow = isinstance(s.geometry, PillowGeometry)
-        keys = "lower mesh.around" if pillow else "lower mesh.around or raise mesh.flat_max"
+        keys = COARSER[s.geometry.kind]
         lu = s.fluid.solver == "lu" or s.fluid.compression == "dense"
         other = ", or set fluid.solver and fluid.compression to 'auto'" if lu else ""
         return Sizes(self.elements, self.unknowns, memory, keys + other)
@@ -160,7 +173,10 @@ class InflationPlan:
     @property
     def larger_unknowns(self) -> int:
         """Unknowns of the larger density space that measures the mesh's share."""
-        return larger_unknowns(self.elements, self.scene.mesh.degree)
+        m = self.scene.mesh
+        if isinstance(m, TriangleMesh):
+            return larger_unknowns(self.elements, m.density, "triangle")
+        return larger_unknowns(self.elements, m.degree)
 
     @property
     def measures_mesh(self) -> bool:
@@ -176,6 +192,8 @@ class InflationPlan:
     def folded(self) -> bool:
         """Whether sheets lie close to each other from the start."""
         g = self.scene.geometry
+        if isinstance(g, MeshGeometry):
+            return self.bag.flat is not None
         return isinstance(g, PillowGeometry) and (g.fold != "flat" or g.crumple > 0.0)
 
     @property
@@ -216,8 +234,4 @@ class InflationPlan:
 
 def _element_size(body: Bag) -> float:
     """Square root of the smallest membrane element's area, poles left out."""
-    middle = np.array([0.5])
-    s, t = (body.membrane.sample(middle, middle, k) for k in (0, 1))
-    c = body.coefficients[: body.n_membrane]
-    area = np.linalg.norm(np.cross(s @ c, t @ c), axis=1)
-    return float(np.sqrt(area.min()))
+    return float(np.sqrt(element_areas(body.membrane, body.coefficients[: body.n_membrane]).min()))

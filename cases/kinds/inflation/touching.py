@@ -11,7 +11,6 @@ from coupling.contact.on_demand import Carrying, OnDemand
 
 from ...geometry.bag_fields import BagFields, ContactLoad
 from ...geometry.bag_sampler import BagSampler, triangulated
-from ...geometry.folded import FoldedBag
 from ...output.accuracy import Accuracy
 from ..collision import certified, touched_elements
 from .plan import InflationPlan
@@ -23,8 +22,7 @@ def contact(plan: InflationPlan, sampler: BagSampler) -> Carrying | None:
     if numbers is None:
         return None
     mesh = triangulated(body, plan.scene.contact.tessellate)
-    cut = body.flat if isinstance(body, FoldedBag) else body.coefficients
-    carrying = BarrierContact(mesh, mesh.areas(cut), numbers.reach, numbers.stiffness)
+    carrying = BarrierContact(mesh, mesh.areas(body.cut), numbers.reach, numbers.stiffness)
     # in a folded bag sheets are never far: a bound on motions would be measured all the time
     return carrying if plan.folded else OnDemand(carrying, sampler.gap, numbers.reach)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...output.figures import LIGHT, frames_of, new_figure, save
 from ...output.history import read_history
-from ...output.vtk import read_grid
+from ...output.vtk import flat_cells_of, read_grid
 from .config import LoadPathScene
 from .published import Reference, reference
 
@@ -64,7 +64,7 @@ def _draw_shapes(figure: Figure, folder: Path, frames: list[tuple[float, str]]) 
         colour = np.array(colormaps["viridis"](1.0 - k / max(1, len(frames) - 1)))
         if load == 0.0:
             colour = np.array([0.75, 0.75, 0.75, 1.0])
-        quads = mesh.points[mesh.cells_dict["quad"]]
+        quads = mesh.points[flat_cells_of(mesh).corners]
         shaded = np.tile(colour, (len(quads), 1))
         shaded[:, :3] *= _shades(quads)[:, None]
         polygons.append(quads)

@@ -11,6 +11,7 @@ from cases.benchmarks.folds.like import PREFIX
 from cases.benchmarks.folds.opened import crossings, measured
 from cases.benchmarks.folds.order import fold_angles, told
 from cases.geometry.bag_sampler import BagSampler
+from cases.geometry.panels import FoldPanels
 from cases.kinds.inflation.plan import InflationPlan
 from cases.output.history import History
 from cases.output.vtk import write_frames, write_grid
@@ -102,7 +103,8 @@ def test_folds_open_in_turn():
     last = np.asarray(sampler.surface_grid(bag.flat)["points"])
     quads = np.asarray(sampler.surface_grid(bag.flat)["quads"])
     # the coarse fit leaves 3.6 degrees
-    assert fold_angles(bag, first, quads) == pytest.approx(180.0, abs=4.0)
-    assert fold_angles(bag, last, quads) == pytest.approx(0.0, abs=1.0)
+    panels = FoldPanels.of(bag)
+    assert fold_angles(panels, first, quads) == pytest.approx(180.0, abs=4.0)
+    assert fold_angles(panels, last, quads) == pytest.approx(0.0, abs=1.0)
     assert told(np.array([4.0, 2.0, np.nan])) == "2 of 3: 2 at 2.00, 1 at 4.00"
     assert told(np.array([np.nan])) == "0 of 1"

@@ -5,8 +5,8 @@ import pytest
 
 from cases.geometry.bag_fields import BagFields, ContactLoad
 from cases.geometry.bag_sampler import BagSampler, triangulated
-from cases.geometry.folded import folded_bag
 from cases.geometry.folding import flat, roll_folding
+from cases.geometry.pillows.folded import folded_bag
 from shells.surfaces.pillow import Pillow
 
 THIN = 1e-3  # distance of the sheets, a hundredth of the elements

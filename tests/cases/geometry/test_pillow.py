@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 
 from cases.geometry.fold import PlanarCurve, roll, zigzag
-from cases.geometry.pillow import accordion, fit, flattened, rectangle, round_bag, unit_sphere
+from cases.geometry.pillows.pillow import (
+    accordion,
+    fit,
+    flattened,
+    rectangle,
+    round_bag,
+    unit_sphere,
+)
 from hbem.surfaces.quadrature import QuadratureOrders
 from hbem.surfaces.surface_points import sample
 from shells.surfaces.pillow import Pillow

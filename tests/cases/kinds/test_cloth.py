@@ -6,10 +6,10 @@ import pytest
 from cases import loader
 from cases.benchmarks.pancake.suite import simulate
 from cases.benchmarks.shells.cloth import CENTRE, airbag, balloon, sheared
-from cases.geometry.folded import folded_bag
 from cases.geometry.folding import accordion_folding, flat
 from cases.geometry.inspection import strain_energy
-from cases.geometry.pillow import square
+from cases.geometry.pillows.folded import folded_bag
+from cases.geometry.pillows.pillow import square
 from cases.kinds import simulation
 from cases.kinds.inflation import build
 from cases.kinds.inflation.cloth import capacity
@@ -82,7 +82,7 @@ def test_hinged_seam_carries_no_bending():
 
 def test_square_plan_is_exact():
     s, t = np.meshgrid([0.0, 0.1, 0.25, 0.4, 0.7], [0.0, 0.2, 0.5, 0.9, 1.0])
-    from cases.geometry.pillow import sphere_points
+    from cases.geometry.pillows.pillow import sphere_points
 
     a, b = -np.cos(np.pi * t).ravel(), np.cos(2.0 * np.pi * s).ravel()
     points = square(sphere_points(s, t).reshape(-1, 3))

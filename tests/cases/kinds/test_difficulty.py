@@ -8,7 +8,6 @@ Measured (uniform pressure or Stokes flow): `accordion-2` opens without touching
 import pytest
 
 from cases import loader
-from cases.geometry.folded import FoldedBag
 from cases.kinds.inflation.carried import opening_pressure
 from cases.kinds.inflation.difficulty import difficulty, facing_distance, time_of, touch
 from cases.kinds.inflation.plan import InflationPlan
@@ -17,7 +16,7 @@ from cases.kinds.inflation.plan import InflationPlan
 def found(name, *overrides):
     scene = loader.read(name, list(overrides))
     plan = InflationPlan(scene)
-    assert isinstance(plan.bag, FoldedBag)
+    assert plan.bag.folding is not None
     return scene, plan
 
 

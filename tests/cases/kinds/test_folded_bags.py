@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from cases import loader
-from cases.geometry.folded import exact_volume, folded_bag
 from cases.geometry.folding import accordion_folding, double_folding, flat, roll_folding
 from cases.geometry.inspection import faced, inspect, strain_energy
+from cases.geometry.panels import FoldPanels
+from cases.geometry.pillows.folded import exact_volume, folded_bag
 from cases.geometry.wrinkles import ClothSampler
 from cases.kinds import simulation
 from cases.kinds.collision import collision
@@ -129,14 +130,15 @@ def test_creased_reference_is_at_rest_when_folded(bag):
 
 def test_panel_angles():
     bag = folded_bag(Pillow(44, 22), accordion_folding(2, 6.0, 0.4))
-    np.testing.assert_allclose(bag.panel_angles(bag.flat), 0.0, atol=0.1)
-    folded = bag.panel_angles(bag.coefficients, aligned=False)
+    panels = FoldPanels.of(bag)
+    np.testing.assert_allclose(panels.angles(bag.flat), 0.0, atol=0.1)
+    folded = panels.angles(bag.coefficients, aligned=False)
     np.testing.assert_allclose(folded, [0.0, 180.0, 0.0], atol=2.0)
     turn, angle = np.eye(3), 0.7
     turn[::2, ::2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     turned = bag.flat @ turn.T
-    np.testing.assert_allclose(bag.panel_angles(turned), bag.panel_angles(bag.flat), atol=1e-5)
-    tilted = bag.panel_angles(turned, aligned=False)
+    np.testing.assert_allclose(panels.angles(turned), panels.angles(bag.flat), atol=1e-5)
+    tilted = panels.angles(turned, aligned=False)
     np.testing.assert_allclose(tilted, np.degrees(angle), atol=0.1)
 
 
@@ -148,7 +150,7 @@ def test_stretches_follow_the_fold():
     assert 1.0 < found.per_radius < 1.3
     assert found.faced == np.inf
     assert not found.crosses
-    assert found.warnings() == []
+    assert found.warnings("raise it") == []
 
 
 def test_a_patch_that_faces_a_panel_is_found():
@@ -161,12 +163,13 @@ def test_a_patch_that_faces_a_panel_is_found():
 
     wrong = folded_bag(Pillow(48, 24), replace(right, maps=(mirrored,)))
     assert abs(faced(wrong) / right.between - 1.0) < 0.1
-    assert any("suck" in warning for warning in inspect(wrong).warnings())
+    assert any("suck" in warning for warning in inspect(wrong).warnings("refine"))
 
 
 def test_coarse_folds_are_explained():
-    warnings = inspect(folded_bag(Pillow(24, 12), accordion_folding(4, 6.0, 0.4))).warnings()
-    assert any("raise mesh.around" in warning for warning in warnings)
+    bag = folded_bag(Pillow(24, 12), accordion_folding(4, 6.0, 0.4))
+    warnings = inspect(bag).warnings("raise it")
+    assert any("raise it" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +184,7 @@ def test_coarse_folds_are_explained():
 def test_foldings_keep_volume_and_do_not_cross(folding, panels):
     bag = folded_bag(Pillow(44, 22), folding)
     unfolded = folded_bag(Pillow(44, 22), flat(folding.gap))
-    assert len(bag.panel_cells) == panels
+    assert len(FoldPanels.of(bag).cells) == panels
     assert abs(bag.exact_volume / unfolded.exact_volume - 1.0) < 0.1
     assert inspect(bag).crosses is False
 
@@ -264,7 +267,7 @@ def test_an_accordion_opens_under_uniform_pressure():
 
     outcome = replace(simulation(scene), recorders=[States()]).run()
     assert outcome.result is Result.COMPLETED
-    angles = initial_bag(scene).panel_angles(states[-1].coefficients)
+    angles = FoldPanels.of(initial_bag(scene)).angles(states[-1].coefficients)
     assert angles.max() < 30.0
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cases.geometry.bag_sampler import triangulated
-from cases.geometry.folded import folded_bag
 from cases.geometry.folding import flat
+from cases.geometry.pillows.folded import folded_bag
 from cases.kinds.collision import touched_elements
 from cases.output.accuracy import Accuracy
 from hbem.accuracy import budget

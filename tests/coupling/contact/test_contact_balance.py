@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cases.geometry.bag_sampler import triangulated
-from cases.geometry.folded import folded_bag
 from cases.geometry.folding import accordion_folding, roll_folding
+from cases.geometry.pillows.folded import folded_bag
 from coupling import BarrierContact, PlaneObstacle, SampledMesh, choose_contact
 from shells.surfaces.pillow import Pillow
 

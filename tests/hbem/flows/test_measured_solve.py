@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import sphere, spheroid
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem import StokesFlow
 from hbem.flows.measured_solve import Measured, MeasuredSolve, left_by_rules
 from hbem.solvers.refinement import remaining

@@ -7,7 +7,7 @@ import pytest
 
 from cases.benchmarks.honesty.disguises import AWAY, reordered
 from cases.geometry.bodies import sphere, spheroid
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem.flows.stokes_flow import StokesFlow
 from hbem.surfaces.patches import SurfacePatches, union
 from hbem.surfaces.topology import SurfaceError, closed_components

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import closed_body, from_control_points, sphere
-from cases.geometry.pillow import accordion, round_bag
+from cases.geometry.pillows.pillow import accordion, round_bag
 from hbem import StokesFlow, SurfaceError
 from hbem.surfaces.narrowest_gap import narrowest
 from hbem.surfaces.patches import union

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.bodies import sphere, torus
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem.layers.choice import Compression, choose
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle

@@ -7,7 +7,7 @@ import pytest
 
 from cases.benchmarks.integrals.gaps import disc
 from cases.geometry.bodies import sphere, spheroid
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem.flows.stokes_flow import StokesFlow
 from hbem.near.facing_gap import FacingGap, closest_facing
 from hbem.surfaces.patches import BezierPatches, union

@@ -13,7 +13,7 @@ import pytest
 from scipy.sparse.linalg import aslinearoperator
 
 from cases.geometry.bodies import sphere
-from cases.geometry.pillow import round_bag
+from cases.geometry.pillows.pillow import round_bag
 from hbem.layers.direct_layer import DirectSingleLayer
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.coarse_level import apply_to_coarse_space, bisect

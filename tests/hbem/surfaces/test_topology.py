@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 from cases.geometry.bodies import sphere, torus
-from cases.geometry.pillow import accordion, round_bag
+from cases.geometry.pillows.pillow import accordion, round_bag
 from hbem.surfaces.patches import BezierPatches, union
 from hbem.surfaces.topology import SurfaceError, closed_components
 

@@ -9,7 +9,7 @@ from hbem.flows.stokes_flow import StokesFlow
 from hbem.solvers.saddle import DenseSaddle, IterativeSaddle
 from hbem.surfaces.quadrature import QuadratureOrders
 
-from ....geometry.pillow import PillowBag, accordion, round_bag
+from ....geometry.pillows.pillow import PillowBag, accordion, round_bag
 from .fields import FIELDS, Field, Trial, announced, away, resolves
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)

@@ -11,7 +11,7 @@ from hbem.surfaces.patches import BezierPatches
 from hbem.surfaces.quadrature import QuadratureOrders
 
 from ....geometry.bodies import spheroid
-from ....geometry.pillow import round_bag
+from ....geometry.pillows.pillow import round_bag
 from .fields import FIELDS, Trial, announced, away, resolves
 
 # Two, and the error is the distance to the nearer: beside the collapsed corners of a bag they

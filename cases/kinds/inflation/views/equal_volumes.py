@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from ....output.figures import NoPicture, frames_of
 from ....output.history import read_history
-from ....output.vtk import read_grid
+from ....output.vtk import flat_cells_of, read_grid
 from .picture import BagShot, enclosed_volume
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class RunByVolume:
             raise NoPicture(f"{self.folder} has no frames about V/V0 = {volume:g}")
         k = int(after[0])
         a, b = (self._grid(i) for i in (k, k + 1))
-        quads = a.cells_dict["quad"]
+        quads = flat_cells_of(a).corners
 
         def between(x: np.ndarray, y: np.ndarray, share: float) -> np.ndarray:
             return (1.0 - share) * x + share * y

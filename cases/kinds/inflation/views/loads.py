@@ -24,7 +24,7 @@ from ....output.figures import (
     upper_cells,
 )
 from ....output.history import read_history
-from ....output.vtk import read_grid
+from ....output.vtk import flat_cells_of, read_grid
 from .picture import BagShot, cell_height, common_box, draw_surface, title
 
 if TYPE_CHECKING:
@@ -90,8 +90,8 @@ def _spread(frames: list[tuple[float, str]], history: dict[str, Any]) -> list[tu
 
 def _loaded(folder: Path, t: float, name: str) -> Loaded:
     mesh = read_grid(folder / name)
-    quads = mesh.cells_dict["quad"]
-    zones = mesh.cell_data_dict.get(ZONES, {}).get("quad")
+    cells = flat_cells_of(mesh)
+    quads, zones = cells.corners, cells.values(mesh, ZONES)
     contact = mesh.point_data.get(CONTACT)
     if zones is None and contact is None:
         raise NoPicture(

@@ -14,7 +14,7 @@ import numpy as np
 
 from ....output.figures import LIGHT, clipped, frames_of, new_figure, save, section
 from ....output.history import read_history
-from ....output.vtk import read_grid
+from ....output.vtk import flat_cells_of, read_grid
 from ....sections import TimedScene
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def read_shots(folder: Path, frames: list[tuple[float, str]]) -> tuple[list[BagS
     for (t, _), mesh in zip(frames, meshes, strict=True):
         vectors = mesh.point_data.get(quantity, np.zeros_like(mesh.points))
         values = np.linalg.norm(vectors, axis=1)
-        shots.append(BagShot(t, mesh.points, mesh.cells_dict["quad"], values))
+        shots.append(BagShot(t, mesh.points, flat_cells_of(mesh).corners, values))
     return shots, quantity
 
 

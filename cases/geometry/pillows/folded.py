@@ -8,82 +8,18 @@ numbering, so that a shell may take its metric from one and its curvature from t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from shells.conditions.supports import extraction
 from shells.surfaces.pillow import Pillow
 
-from .bag import Bag
+from ..bag import Bag
+from ..folding import Folding, Map
 from .crumple import crumple
-from .folding import Folding, Map
 from .pillow import exact_points, fit, flattened, rectangle, square
 
 FLATTEN = 4.0  # evenness of the sheets: thickness at half the way to the rim 0.95 of the middle
-
-
-@dataclass(frozen=True)
-class FoldedBag(Bag):
-    """A bag that knows how it was folded.
-
-    Attributes
-    ----------
-    folding : Folding
-    flat : (n_full, 3) array
-        The unfolded bag.
-    """
-
-    membrane: Pillow
-    inlet: Pillow
-    folding: Folding
-    flat: np.ndarray
-
-    @cached_property
-    def panel_cells(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Membrane elements of the upper and the lower sheet of each panel."""
-        middle = np.array([0.5])
-        sheet = self.flat[: self.n_membrane]
-        x, z = (self.membrane.sample(middle, middle) @ sheet)[:, [0, 2]].T
-        return [
-            (np.flatnonzero((x >= a) & (x <= b) & (z > 0)),
-             np.flatnonzero((x >= a) & (x <= b) & (z < 0)))
-            for a, b in self.folding.panels
-        ]  # fmt: skip
-
-    def _rotation(self, c: np.ndarray) -> np.ndarray:
-        """Rotation that takes the flat membrane nearest to coefficients ``c`` (Kabsch)."""
-        flat = self.flat[: self.n_membrane]
-        moved = (flat - flat.mean(axis=0)).T @ (c - c.mean(axis=0))
-        u, _, vt = np.linalg.svd(moved)
-        sign = np.sign(np.linalg.det(u @ vt))
-        return vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
-
-    @cached_property
-    def _tangents(self) -> tuple[csr_matrix, csr_matrix]:
-        middle = np.array([0.5])
-        s, t = (self.membrane.sample(middle, middle, k) for k in (0, 1))
-        return s, t
-
-    def panel_angles(self, coefficients: np.ndarray, *, aligned: bool = True) -> np.ndarray:
-        """Angle in degrees of each panel's normal with that of the flat bag.
-
-        A panel's normal is the mean of both its sheets, by area. The flat bag lies in the
-        rigid position nearest to the configuration, because an open bag may tilt about its
-        inlet; ``aligned=False`` leaves it where it was cut, normal to z.
-        """
-        c = coefficients[: self.n_membrane]
-        s, t = (tangent @ c for tangent in self._tangents)
-        normal = np.cross(s, t)
-        means = np.array(
-            [normal[upper].sum(axis=0) - normal[lower].sum(axis=0)
-             for upper, lower in self.panel_cells]
-        )  # fmt: skip
-        up = self._rotation(c)[:, 2] if aligned else np.array([0.0, 0.0, 1.0])
-        cosine = means @ up / np.linalg.norm(means, axis=1)
-        return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def inlet_cells(surface: Pillow, x: float, size: int) -> np.ndarray:
@@ -104,7 +40,7 @@ def folded_bag(
     inlet_elements: int = 2,
     crumpled: float = 0.0,
     seed: int = 0,
-) -> FoldedBag:
+) -> Bag:
     """Fit a flat bag and its folded state, and cut out the inlet.
 
     Parameters
@@ -137,7 +73,7 @@ def folded_bag(
         folded_all = crumple(surface, folded_all, cut, amplitude=crumpled, seed=seed)
     parts = [np.concatenate([c[membrane.kept], c[inlet.kept]]) for c in (folded_all, flat_all)]
     exact = np.nan if crumpled else exact_volume(surface, (*base, *folding.maps))
-    return FoldedBag(
+    return Bag(
         membrane=membrane,
         inlet=inlet,
         coefficients=parts[0],

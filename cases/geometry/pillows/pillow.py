@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from hbem.surfaces.patches import BezierPatches
 from shells.surfaces.pillow import Pillow
 
-from .fold import PlanarCurve, zigzag
+from ..fold import PlanarCurve, zigzag
 
 Map = Callable[[np.ndarray], np.ndarray]
 FLATTEN = 3.0  # of the sheets: 0 keeps the ellipsoid

@@ -1,0 +1,1 @@
+"""Flat bags: the plane of a pattern, coincident sheets told apart, their chords split, drawn in."""

@@ -1,0 +1,1 @@
+"""Facets to Bezier triangles: normals of vertices and fans, control points, exact splits."""

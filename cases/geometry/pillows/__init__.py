@@ -1,0 +1,1 @@
+"""Pillows: bags of one zipped biquadratic surface, flat, folded, rolled or crumpled."""
