@@ -226,3 +226,12 @@ def test_sheets_without_distance(bodies) -> None:
     flat = FacetMesh(body.points * [1.0, 1.0, 0.0], body.triangles, body.groups)
     with pytest.raises(MeshError, match=r"sheets coincide.*geometry.opening"):
         mesh_bag(flat, inlet="Inlet", smooth=False)
+
+
+def test_what_faces_what(bodies) -> None:
+    """A bag, a flat one that closes towards its rim, and a round one."""
+    body, _ = bodies.pancake(24)
+    for height, least in ((1.0, 0.9), (0.1, 0.04)):
+        flat = FacetMesh(body.points * [1.0, 1.0, height], body.triangles, body.groups)
+        assert least < mesh_bag(flat, inlet="Inlet", smooth=False).narrowest < 1.0001 * height
+    assert mesh_bag(bodies.icosphere(2)).narrowest == np.inf  # a diameter is three mean distances
