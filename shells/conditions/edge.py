@@ -16,6 +16,7 @@ from scipy.sparse import bsr_matrix, csr_matrix, kron
 
 from ..surfaces.spline_surface import SplineSurface
 from ..surfaces.splines import unit_gauss
+from ..surfaces.tensor_surface import TensorSurface
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,11 @@ def edge(surface: SplineSurface, direction: str, end: int, reference: np.ndarray
     Raises
     ------
     ValueError
-        If no element touches that edge (a restriction elsewhere, a periodic direction).
+        Triangles, or if no element touches that edge (a restriction elsewhere, a periodic
+        direction).
     """
+    if not isinstance(surface, TensorSurface):
+        raise ValueError("only splines have edges named by direction: use shells.edge_load")
     x, w = unit_gauss(surface.degree + 1)
     fixed = np.full_like(x, float(end))
     xi, eta = (fixed, x) if direction == "s" else (x, fixed)

@@ -94,9 +94,17 @@ class Support:
     leaders: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
 
 
+NO_GRID = (
+    "only a SplineSurface has edges named by direction and end: triangles take shells.rim_edges "
+    "and shells.hold_edges"
+)
+
+
 def _row(surface: SplineSurface, direction: str, end: int, layer: int = 0) -> np.ndarray:
     if direction not in ("s", "t") or end not in (0, 1):
         raise ValueError(f"an edge is 's' or 't' at end 0 or 1, not {direction!r} at {end!r}")
+    if not isinstance(surface, SplineSurface):
+        raise ValueError(NO_GRID)
     pick = surface.ring if direction == "s" else surface.column
     row = pick(layer if end == 0 else -1 - layer)
     if row.size == 0:

@@ -1,14 +1,16 @@
-"""Triangulations without any structure: smoothed Delaunay meshes of rectangles and spheres."""
+"""Triangulations without any structure for shells: smoothed Delaunay meshes, spheres."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import Delaunay
 
 from shells.surfaces.local_elements import lattice
 from shells.surfaces.triangles.triangle_surface import TriangleSurface
+
+from .raw_bodies import raw_sphere
 
 
 def _smoothed(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -59,17 +61,12 @@ def _upwards(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return turned[np.abs(area) > 1e-10]
 
 
-def sphere(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Convex hull of n random points of the unit sphere, smoothed: points (n, 3), triangles."""
-    points = np.random.default_rng(seed).standard_normal((n, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    for _ in range(6):
-        points = 0.5 * (points + _smoothed(points, ConvexHull(points).simplices))
-        points /= np.linalg.norm(points, axis=1, keepdims=True)
-    triangles = ConvexHull(points).simplices
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    inwards = np.einsum("ec,ec->e", np.cross(b - a, c - a), a) < 0.0
-    return points, np.where(inwards[:, None], triangles[:, [0, 2, 1]], triangles)
+def sphere(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Raw unit sphere of n vertices: points (n, 3), triangles."""
+    body = raw_sphere(n)
+    points = np.empty((n, 3))
+    points[body.triangles] = body.shape(body.corners)
+    return points, body.triangles
 
 
 def interpolated(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from ..report import Row
+from .bags import bag_rows
 from .plates import plate, plate_rows
 from .shells import locking_rows, mode_rows, roof_rows, shear_rows, speed_rows, sphere_rows
 
@@ -20,7 +21,7 @@ SHELLS: tuple[Callable[[bool], list[Row]], ...] = (
     mode_rows,
     speed_rows,
 )
-PARTS = SHELLS  # then flow.rows, once it is here
+PARTS = (*SHELLS, bag_rows)  # then flow.rows, once it is here
 
 
 def run(quick: bool) -> Iterator[Row]:

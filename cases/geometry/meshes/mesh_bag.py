@@ -27,7 +27,7 @@ from .inlets.inflow import RimCurve, inflow_profile
 from .loading import mesh_warnings
 from .narrowest import narrowest_gap
 from .placing import moved
-from .quality import refuse_coincident
+from .quality import beside_seams, refuse_coincident
 from .smoothing.curved_mesh import CurvedMesh, curved_mesh
 
 PATCH_CELLS = 12  # of each triangle's side, where the deepest point of the patch is sought
@@ -61,7 +61,7 @@ class MeshBag(Bag):
     rim : Rim
         Where both meet; without edges if there is no inlet.
     narrowest : float
-        Smallest sampled distance of sheets that face each other.
+        Smallest sampled distance of sheets that face each other, away from seams.
     faces : float
         Distance from the inlet outward to the nearest sheet; infinite if there is none.
     warnings : tuple of str
@@ -205,7 +205,7 @@ def assembled(mesh: CurvedMesh, chosen: np.ndarray, density: int) -> MeshBag:
         profile = _profile(inlet, coefficients[membrane.n_coefficients :], rim)
         faces = _faces(mesh, others, chosen)
     gap = 2.0 * mesh.volume / mesh.area
-    narrowest = narrowest_gap(mesh.control, mesh.degree, gap)
+    narrowest = narrowest_gap(mesh.control, mesh.degree, gap, beside_seams(mesh.facets))
     return MeshBag(
         membrane=membrane,
         inlet=inlet,

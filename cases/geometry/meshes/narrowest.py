@@ -17,9 +17,16 @@ NEIGHBOURS = 12
 REACH = 1.8  # gaps up to which something faces a place; most of a round body is farther apart
 
 
-def narrowest_gap(control: np.ndarray, degree: int, gap: float) -> float:
-    """Smallest distance between facing places of Bezier triangles, see `facing_distances`."""
-    return float(facing_distances(control, degree, gap)[1].min(initial=np.inf))
+def narrowest_gap(
+    control: np.ndarray, degree: int, gap: float, beside: np.ndarray | None = None
+) -> float:
+    """Smallest distance between facing places of Bezier triangles, see `facing_distances`.
+
+    Triangles ``beside (m,) bool`` a seam, where the gap closes in any case, do not count.
+    """
+    across = facing_distances(control, degree, gap)[1].reshape(control.shape[0], -1)
+    counted = across if beside is None else across[~beside]
+    return float(counted.min(initial=np.inf))
 
 
 def facing_distances(control: np.ndarray, degree: int, gap: float) -> tuple[np.ndarray, np.ndarray]:

@@ -69,8 +69,12 @@ def findings(mesh: CurvedMesh | FacetMesh) -> list[MeshFinding]:
         )
     if not facets.triangles.size or np.any(edges_of(facets.triangles).counts == 1):
         return found
-    beside = np.asarray(np.isin(facets.triangles, seams).any(axis=1))
-    return [*found, *_sheets(control, degree, beside)]
+    return [*found, *_sheets(control, degree, beside_seams(facets))]
+
+
+def beside_seams(facets: FacetMesh) -> np.ndarray:
+    """Triangles ``(m,) bool`` with a vertex on a seam."""
+    return np.asarray(np.isin(facets.triangles, _seams(facets)[0]).any(axis=1))
 
 
 def refuse_coincident(facets: FacetMesh) -> None:

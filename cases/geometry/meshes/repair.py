@@ -12,6 +12,7 @@ import numpy as np
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
 from cases.geometry.meshes.findings import place, sheet_table
 from cases.geometry.meshes.mending.joining import weld as join
+from cases.geometry.meshes.mending.needles import turn_needles
 from cases.geometry.meshes.mending.orientation import part_volumes, turns
 from cases.geometry.meshes.mending.state import Mending, memberships
 from cases.geometry.meshes.mending.topology import edges_of, fans, sheets
@@ -56,6 +57,7 @@ def repaired(facets: FacetMesh, *, weld: float = 1e-5, component: str = "all") -
     _check_edges(mesh)
     _part_touching(mesh)
     _orient(mesh)
+    turn_needles(mesh)
     _keep(mesh, component)
     return mesh.result()
 

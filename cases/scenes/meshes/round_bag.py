@@ -15,12 +15,12 @@ from .triangulation import flipped
 
 BODY = Pancake(radius=1.0, half_width=10.0, neck_radius=1.0, fillet=1.0)
 UNIT = 50.0  # mm
-JITTER, JITTER_BENT = 0.2, 0.02  # of a ring's spacing, less where the bag turns
+JITTER, JITTER_BENT = 0.2, 0.05  # of a ring's spacing, less where the bag turns
 FLIPPED = 3  # every so many triangles
 # Places along the meridian, in pieces from joint to joint, and points of each ring.
-UPPER = ((0.28, 6), (0.57, 12), (0.82, 17))
-RIM_ROWS, RIM_POINTS = 5, 20
-LOWER = ((0.15, 18), (0.46, 13), (0.8, 10))
+UPPER = ((0.3, 6), (0.62, 11), (0.86, 16))
+RIM_ROWS, RIM_POINTS = 4, 18
+LOWER = ((0.17, 17), (0.5, 13), (0.83, 10))
 FILLET_ROWS, NECK_POINTS = 2, 10
 DISC = ((0.5, 6),)
 

@@ -62,8 +62,8 @@ class TriangleShell(KirchhoffLove):
     Raises
     ------
     ValueError
-        What `KirchhoffLove` refuses, arrays of other shapes, shares outside [0, 1], a clamp that is
-        no rim edge, or a reference of jets alone.
+        A basis of splines, what `KirchhoffLove` refuses, arrays of other shapes, shares outside
+        [0, 1], a clamp that is no rim edge, or a reference of jets alone.
     """
 
     basis: TriangleBasis
@@ -80,6 +80,8 @@ class TriangleShell(KirchhoffLove):
         soft: np.ndarray | None = None,
         clamp: np.ndarray | HeldSlopes | Sequence[HeldSlopes] | None = None,
     ):
+        if basis.surface.shape != "triangle":
+            raise ValueError("TriangleShell takes a TriangleBasis; splines take KirchhoffLove")
         shape = None if curvature is None else basis.jets(curvature)
         super().__init__(
             basis,

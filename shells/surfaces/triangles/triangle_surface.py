@@ -159,10 +159,12 @@ class TriangleSurface(Surface):
 
     @property
     def open_edges(self) -> dict[str, csr_matrix]:
-        rim = self.rim_coefficients
-        if not rim.size:
-            return {}
-        return {"at the rim": identity(self.n_coefficients, format="csr")[rim]}
+        # one by one: each of them may lie in another plane of symmetry
+        identity_rows = identity(self.n_coefficients, format="csr")
+        rim = self.graph.rim
+        names = (f"({a}, {b})" for a, b in self.graph.vertices[rim])
+        rows = self.on_edges(rim) if rim.size else rim
+        return {name: identity_rows[row] for name, row in zip(names, rows, strict=True)}
 
     def interpolation(self, values: np.ndarray) -> np.ndarray:
         """Control points of the triangles through values on their even lattices.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh
+from cases.geometry.meshes.mesh_bag import mesh_bag
 from cases.geometry.meshes.opening import opened
 from cases.geometry.meshes.pattern import pattern_folding
 from cases.geometry.meshes.reading import read_facets
@@ -69,6 +70,8 @@ def test_the_disc_deck():
     inlet = bag.triangles[bag.groups["Inflator"]]
     assert np.ptp(np.sign(bag.points[inlet, 2])) == 0.0
     assert bag.notes[-1].startswith("sheets opened by 4")
+    # the seam's wedge does not count as a narrow place
+    assert 6.0 < mesh_bag(bag, inlet="Inflator", degree=2).narrowest < 8.0
 
 
 def test_the_flat_pattern():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import shells
 from cases.benchmarks.meshes.plates import plate
 from cases.benchmarks.meshes.raw import interpolated, rectangle, sphere
 from shells.energy.kinks.edge_geometry import kink_angles
@@ -245,7 +246,17 @@ def test_refused(options, words):
 
 
 def test_triangles_without_ties_are_refused():
-    basis, _ = halves()
+    basis, c = halves()
+    surface = basis.surface
+    with pytest.raises(ValueError, match="hold_edges"):
+        shells.clamp(surface, "s", 0)
+    with pytest.raises(ValueError, match="edge_load"):
+        shells.line_load(surface, "s", 0, [0.0, 0.0, 1.0], c)
+    line = shells.SplineSpace([0.0, 1.0], 2)
+    spline = shells.SplineSurface(line, line)
+    flat = np.array([[x, y, 0.0] for x in line.greville for y in line.greville])
+    with pytest.raises(ValueError, match="takes a TriangleBasis"):
+        TriangleShell(shells.SurfaceBasis(spline, flat), MATERIAL)
     with pytest.raises(ValueError, match="TriangleShell"):
         KirchhoffLove(basis, MATERIAL)
     with pytest.raises(ValueError, match="no reduced membrane rule"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 import shells
 from cases.benchmarks.meshes.raw import interpolated, rectangle
@@ -123,6 +124,52 @@ def test_inflated_sphere():
     triangles, error, _ = inflated(50, 3)
     assert triangles == 96
     assert abs(error) < 3e-4
+
+
+def octant(n):
+    """Raw mesh of an eighth of the unit sphere, edges in the coordinate planes."""
+    t = np.arange(n) / n
+    sides = [np.stack(np.roll([t, 1.0 - t, 0.0 * t], k, axis=0), axis=1) for k in range(3)]
+    inner = np.random.default_rng(0).dirichlet((2.0, 2.0, 2.0), n * n // 3)
+    points = np.concatenate([*sides, inner[inner.min(axis=1) > 0.5 / n]])
+    plane = points[:, :2] - points[:, 1:]
+    triangles = Delaunay(plane).simplices
+    normals = np.linalg.det(points[triangles])
+    triangles[normals < 0.0] = triangles[normals < 0.0][:, ::-1]
+    triangles = triangles[np.abs(normals) > 1e-9]
+    return interpolated(
+        points, triangles, 3, lambda x: x / np.linalg.norm(x, axis=-1, keepdims=True)
+    )
+
+
+def test_an_eighth_of_a_sphere_inflates():
+    surface, c = octant(6)
+    basis = shells.TriangleBasis(surface, c)
+    planes = [shells.rim_edges(surface, c, lambda x, k=k: np.abs(x[..., k]) < 1e-12)
+              for k in range(3)]  # fmt: skip
+    assert sum(edges.size for edges in planes) == surface.graph.rim.size
+    slopes = [shells.HeldSlopes(edges, -np.eye(3)[k]) for k, edges in enumerate(planes)]
+    held = [shells.hold_edges(surface, edges, (k,)) for k, edges in enumerate(planes)]
+    D, nu = 1e-3, 0.3
+    shell = shells.TriangleShell(basis, shells.Material(D, poisson_ratio=nu), clamp=slopes)
+    E, volume = shells.supported(surface, *held), shells.EnclosedVolume(basis)
+    structure = shells.ShellStructure(shell, E, volume)
+    assert structure.mechanism.motions.shape[0] == 0
+    # membrane and, with kappa = stretch - 1, bending of a sphere
+    stretch = 1.2
+    pressure = (1.0 + nu) * ((stretch**2 - 1.0) / stretch + 2.0 * D * (stretch - 1.0) / stretch**2)
+    end = shells.minimise(structure, c, pressure)
+    assert end.ok, end.failure
+    x = end.state.coefficients
+    ratio = structure.volume(x) / structure.volume(c)
+    assert ratio ** (1.0 / 3.0) == pytest.approx(stretch, rel=2e-4)
+    unheld = shells.ShellStructure(
+        shells.TriangleShell(basis, shells.Material(D, poisson_ratio=nu)), E, volume
+    )
+    loose = shells.minimise(unheld, c, pressure).state.coefficients
+    assert np.abs(loose - x).max() > 1e-4  # without the planes the rim turns
+    with pytest.raises(ValueError, match=r"edge \(\d+, \d+\) is open and moves"):
+        shells.ShellStructure(shell, shells.extraction(surface.reduction), volume)
 
 
 def test_cloth_of_triangles_wrinkles():

@@ -1,6 +1,7 @@
 """LS-DYNA decks (.k, .key, .dyn): shells, parts and sets as groups, the unfolded reference.
 
-Fields of 8 and 16 columns, long ones of 20, or commas; a third node twice is a triangle.
+Fields of 8 and 16 columns (10 and 16 with %, 20 with +), or commas; a third node twice is a
+triangle.
 *AIRBAG_REFERENCE_GEOMETRY gives places of nodes in the stress-free bag.
 """
 
@@ -10,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +19,23 @@ from cases.geometry.meshes.facet_mesh import MeshError
 from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, distinct, places
 from cases.geometry.meshes.formats.text import clean_name, columns, cut_short, real, text_of, whole
 
-_NODE, _SHELL, _CARD, _LONG = (8, 16, 16, 16), (8,) * 10, (10,) * 8, (20,) * 10
+_PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+
+
+class _Columns(NamedTuple):
+    """Widths of the fields of nodes, of shells and of all other cards."""
+
+    node: tuple[int, ...]
+    shell: tuple[int, ...]
+    card: tuple[int, ...]
+
+
+# by the mark behind a keyword: standard, I10, long
+_FORMS = {
+    "-": _Columns((8, 16, 16, 16), (8,) * 10, (10,) * 8),
+    "%": _Columns((10, 16, 16, 16), (10,) * 10, (10,) * 8),
+    "+": _Columns((20,) * 4, (20,) * 10, (20,) * 8),
+}
 _REFUSED = {
     "INCLUDE": "put its text into this file",
     "NODE_TRANSFORM": "export the moved nodes",
@@ -29,7 +47,7 @@ _REFUSED = {
 
 @dataclass
 class _Deck:
-    long: bool = False
+    form: str = "-"
     ids: list[int] = field(default_factory=list)
     points: list[list[float]] = field(default_factory=list)
     unfolded: dict[int, list[float]] = field(default_factory=dict)
@@ -54,7 +72,10 @@ def read(data: bytes) -> CellMesh:
             ended = True
             break
         if keyword == "KEYWORD":
-            deck.long = bool(re.search(r"LONG\s*=\s*[YK]", options, re.IGNORECASE))
+            if re.search(r"LONG\s*=\s*[YK]", options, re.IGNORECASE):
+                deck.form = "+"
+            elif re.search(r"I10\s*=\s*Y", options, re.IGNORECASE):
+                deck.form = "%"
             continue
         for word, remedy in _REFUSED.items():
             if keyword.startswith(word):
@@ -92,18 +113,17 @@ def _blocks(text: str) -> Iterator[tuple[int, str, str, list[tuple[int, str]]]]:
 
 def _take(deck: _Deck, line: int, keyword: str, options: str, rows: list) -> None:
     """One keyword with its lines."""
-    mark = keyword[-1] if keyword[-1] in "%+-" else options[:1]
+    mark = keyword[-1:] if keyword[-1:] in ("%", "+", "-") else options[:1]
     keyword = keyword.rstrip("%+-")
-    wide = mark == "+" or (deck.long and mark != "-")
-    loose = mark == "%"
+    form = _FORMS.get(mark, _FORMS[deck.form])
     full = [(number, row) for number, row in rows if row.strip()]
     if keyword == "NODE":
         for number, row in full:
-            label, place = _place(row, number, wide, loose)
+            label, place = _place(row, number, form.node)
             deck.ids.append(label)
             deck.points.append(place)
     elif keyword.startswith("ELEMENT_SHELL"):
-        _shells(deck, line, keyword, full, wide, loose)
+        _shells(deck, line, keyword, full, form)
     elif keyword == "PART" or keyword.startswith("PART_"):
         while rows and not rows[-1][1].strip():
             rows = rows[:-1]
@@ -111,30 +131,30 @@ def _take(deck: _Deck, line: int, keyword: str, options: str, rows: list) -> Non
         for (_, title), (number, card) in list(zip(rows[::2], rows[1::2], strict=False))[
             : None if keyword == "PART" else 1
         ]:
-            words = _split(card, _LONG if wide else _CARD, loose)
+            words = _split(card, form.card)
             deck.titles[whole(words[0] if words else "", number)] = clean_name(title)
     elif keyword.startswith("SET_SHELL"):
-        _set(deck, keyword, rows, wide, loose)
+        _set(deck, keyword, rows, form)
     elif keyword.startswith("AIRBAG_REFERENCE_GEOMETRY"):
-        _unfolded(deck, keyword, full, wide, loose)
+        _unfolded(deck, keyword, full, form)
     elif keyword.startswith("ELEMENT_"):
         deck.left[keyword] += len(full)
 
 
-def _split(row: str, widths: tuple[int, ...], loose: bool) -> list[str]:
-    """Fields by commas, by columns, or by blanks where columns cut through words."""
+def _split(row: str, widths: tuple[int, ...]) -> list[str]:
+    """Fields by commas, by columns, or by blanks where columns cut through them."""
     if "," in row:
         return [word.strip() for word in row.split(",")]
     words = columns(row, widths)
-    if loose or any(" " in word for word in words):
-        return row.split()
-    return words
+    return row.split() if not words[0] or any(" " in word for word in words) else words
 
 
-def _place(row: str, line: int, wide: bool, loose: bool) -> tuple[int, list[float]]:
-    words = _split(row, _LONG if wide else _NODE, loose)
-    if len(words) < 4 <= len(row.split()):
-        words = row.split()  # blanks between numbers, narrower than the columns
+def _place(row: str, line: int, widths: tuple[int, ...]) -> tuple[int, list[float]]:
+    """Number and place of a node."""
+    words, loose = _split(row, widths), row.split()
+    # narrower or wider than the columns; numbers that touch have no blanks to split at
+    if words[:4] != loose[:4] and len(loose) >= 4 and all(map(_PLAIN.fullmatch, loose[:4])):
+        words = loose
     if len(words) < 2:
         raise MeshError(f"line {line}: a node with {len(words) - 1} coordinates: cut short?")
     # trailing blanks are zeros
@@ -142,7 +162,7 @@ def _place(row: str, line: int, wide: bool, loose: bool) -> tuple[int, list[floa
     return whole(words[0], line), place
 
 
-def _shells(deck: _Deck, line: int, keyword: str, rows: list, wide: bool, loose: bool) -> None:
+def _shells(deck: _Deck, line: int, keyword: str, rows: list, form: _Columns) -> None:
     """Shells with the cards that their options bring."""
     options = set(keyword.split("_")[2:])
     if options - {"THICKNESS", "BETA", "MCID", "OFFSET", "TITLE"}:
@@ -151,7 +171,7 @@ def _shells(deck: _Deck, line: int, keyword: str, rows: list, wide: bool, loose:
     i, second = 0, 0
     while i < len(rows):
         number, row = rows[i]
-        words = _split(row, _LONG if wide else _SHELL, loose)
+        words = _split(row, form.shell)
         if len(words) < 5:
             raise MeshError(f"line {number}: a shell with {max(len(words) - 2, 0)} nodes")
         numbers = [whole(word, number) if word else 0 for word in words[:10]]
@@ -169,37 +189,37 @@ def _shells(deck: _Deck, line: int, keyword: str, rows: list, wide: bool, loose:
         deck.notes.append(f"middle nodes of {second} shells left out")
 
 
-def _set(deck: _Deck, keyword: str, rows: list, wide: bool, loose: bool) -> None:
+def _set(deck: _Deck, keyword: str, rows: list, form: _Columns) -> None:
     """A set of shells, by list or ranges."""
-    widths, title = _LONG if wide else _CARD, ""
+    title = ""
     if "TITLE" in keyword and rows:
         title, rows = clean_name(rows[0][1]), rows[1:]
     rows = [(number, row) for number, row in rows if row.strip()]
     if not rows or "GENERAL" in keyword or "COLLECT" in keyword:
         deck.left[keyword] += len(rows)
         return
-    name = title or f"set {_split(rows[0][1], widths, loose)[0]}"
+    name = title or f"set {_split(rows[0][1], form.card)[0]}"
     wanted = [
         whole(word, number)
         for number, row in rows[1:]
-        for word in _split(row, widths, loose)
+        for word in _split(row, form.card)
         if word and word != "0"
     ]
     ranges = list(zip(wanted[::2], wanted[1::2], strict=False)) if "GENERATE" in keyword else []
     deck.pending.append((name, [] if ranges else wanted, ranges))
 
 
-def _unfolded(deck: _Deck, keyword: str, rows: list, wide: bool, loose: bool) -> None:
+def _unfolded(deck: _Deck, keyword: str, rows: list, form: _Columns) -> None:
     """Places of nodes in the unfolded bag, behind the cards of the options."""
     if "_ID" in keyword and rows:
         number, row = rows[0]
-        scales = _split(row, _LONG if wide else _CARD, loose)[1:4]
+        scales = _split(row, form.card)[1:4]
         if any(real(word, number) not in (0.0, 1.0) for word in scales if word):
             raise MeshError(f"line {number}: a scaled reference geometry; export it unscaled")
         rows = rows[1:]
     rows = rows[1:] if "BIRTH" in keyword else rows
     for number, row in rows:
-        label, place = _place(row, number, wide, loose)
+        label, place = _place(row, number, form.node)
         deck.unfolded[label] = place
 
 

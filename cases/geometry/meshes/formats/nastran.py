@@ -25,11 +25,18 @@ _SHELLS = {
 _OTHERS = {"CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "PLOTEL", "CBUSH", "CELAS1", "CELAS2"}
 _OTHERS |= {"RBE2", "RBE3", "CONM2", "CGAP", "CMASS1", "CMASS2"}
 _FRAMES = re.compile(r"CORD\d[RCS]$")
-# Femap, HyperMesh, ANSA: number and name in one comment
-_NAMES = (
-    re.compile(r"\$\s*Femap.*Property\s+(?P<id>\d+)\s*:\s*(?P<name>.+)", re.IGNORECASE),
-    re.compile(r'\$\s*HMNAME\s+(?:PROP|COMP)\s+(?P<id>\d+)\s*"(?P<name>[^"]+)"', re.IGNORECASE),
-    re.compile(r"\$\s*ANSA_NAME(?:_COMMENT)?;(?P<id>\d+);P\w+;\s*;?(?P<name>[^;]+)", re.IGNORECASE),
+# HyperMesh (its components first, as properties overrule them), Femap, ANSA, NX: number and name
+_NAMES = tuple(
+    re.compile(pattern, re.IGNORECASE)
+    for pattern in (
+        r'\$\s*HMNAME\s+COMP\s+(?P<id>\d+)\s*"(?P<name>[^"\n]+)"\s*(?!\d+\s*")',
+        r'\$\s*HMNAME\s+COMP\s+\d+\s*"(?P<name>[^"\n]+)"\s*(?P<id>\d+)\s*"',
+        r'\$\s*HMNAME\s+PROP\s+(?P<id>\d+)\s*"(?P<name>[^"\n]+)"',
+        r"\$\s*Femap.*Property\s+(?P<id>\d+)\s*:\s*(?P<name>.+)",
+        r"\$\s*ANSA_NAME(?:_COMMENT)?;(?P<id>\d+);P\w+;\s*(?P<name>[^;~\s][^;\n]*)",
+        r"\$\s*ANSA_NAME;(?P<id>\d+);P\w+;~?\s*\n\$\s*(?P<name>.+)",
+        r"\$\*\s*Property\s*:\s*(?P<id>\d+)\s+name\s*:\s*(?P<name>.+)",
+    )
 )
 # Patran, NX: the name stands before the property's card
 _BEFORE = re.compile(
@@ -129,16 +136,18 @@ def _fields(line: str, number: int) -> tuple[str, list[str]]:
 def _names(text: str) -> dict[int, str]:
     """Names of properties from comments."""
     names, pending = {}, ""
-    for line in text.splitlines():
-        if line.startswith("$"):
-            for pattern in _NAMES:
-                if match := pattern.match(line):
-                    names[int(match["id"])] = clean_name(match["name"])
-            if match := _BEFORE.match(line):
-                pending = clean_name(match["name"])
+    lines = text.splitlines()
+    spoken = [f"{a}\n{b}" for a, b in zip(lines, [*lines[1:], ""], strict=True) if a[:1] == "$"]
+    for line in lines:
+        if match := _BEFORE.match(line):
+            pending = clean_name(match["name"])
         elif pending and re.match(r"P(SHELL|COMP|LPLANE|SHEAR|SOLID)", line):
             word = re.split(r"[,\s]+", line.replace("*", " "))[1:2]
             if word and word[0].isdecimal():
                 names[int(word[0])] = pending
             pending = ""
+    for pattern in _NAMES:
+        for pair in spoken:
+            if match := pattern.match(pair):
+                names[int(match["id"])] = clean_name(match["name"])
     return names

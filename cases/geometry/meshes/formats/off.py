@@ -8,7 +8,7 @@ import numpy as np
 
 from cases.geometry.meshes.facet_mesh import MeshError
 from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, flat_kind
-from cases.geometry.meshes.formats.text import real, text_of, whole
+from cases.geometry.meshes.formats.text import cut_short, real, text_of, whole
 
 _HEAD = re.compile(r"(ST)?(C)?(N)?OFF$")
 
@@ -49,7 +49,7 @@ def read(data: bytes) -> CellMesh:
         coloured += len(words) > count + 1
         cells.add(flat_kind(count), corners)
     notes = [f"colours of {coloured} faces left out"] if coloured else []
-    return CellMesh(points, cells.cells(), notes=notes)
+    return CellMesh(points, cells.cells(), notes=[*notes, *cut_short(data)])
 
 
 def _point(number: int, words: list[str]) -> list[float]:

@@ -10,8 +10,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, flat_kind, labelled
+from cases.geometry.meshes.formats.cells import (
+    CellCollector,
+    CellMesh,
+    Cells,
+    flat_kind,
+    labelled,
+)
 from cases.geometry.meshes.formats.cursor import Cursor
+from cases.geometry.meshes.formats.text import cut_short
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -46,12 +53,6 @@ def read(data: bytes) -> CellMesh:
     if corners is None:
         raise MeshError("its header has no faces (vertex_indices); a point cloud has no surface")
     points = np.column_stack([np.asarray(vertices[k], dtype=float) for k in "xyz"])
-    cells = CellCollector()
-    for face, row in enumerate(corners):
-        nodes = row.tolist()
-        if len(nodes) < 3 or min(nodes) < 0 or max(nodes) >= len(points):
-            raise MeshError(f"face {face} names vertices {nodes[:6]} of {len(points)} (from 0)")
-        cells.add(flat_kind(len(nodes)), nodes)
     groups, left = {}, [name for name in vertices if name not in "xyz"]
     for name, values in faces.items():
         if name not in _CORNERS:
@@ -62,7 +63,28 @@ def read(data: bytes) -> CellMesh:
             left += [] if labels else [name]
     left += [name for name in found if name not in ("vertex", "face")]
     notes = [f"left out: {', '.join(left)}"] if left else []
-    return CellMesh(points, cells.cells(), groups, notes=notes)
+    notes += cut_short(data) if order == "=" else []
+    return CellMesh(points, _cells(corners, len(points)), groups, notes=notes)
+
+
+def _cells(corners: np.ndarray | list[np.ndarray], count: int) -> list[Cells]:
+    """Faces of equal length at one blow, others one by one."""
+    if isinstance(corners, list):
+        cells = CellCollector()
+        for face, row in enumerate(corners):
+            _check(face, row, count)
+            cells.add(flat_kind(len(row)), row.tolist())
+        return cells.cells()
+    bad = np.flatnonzero(np.any((corners < 0) | (corners >= count), axis=1))
+    for face in [*bad[:1], *([0] if len(corners) and corners.shape[1] < 3 else [])]:
+        _check(face, corners[face], count)
+    kind = flat_kind(corners.shape[1])
+    return [Cells(kind, corners.astype(np.int64), np.arange(len(corners)))]
+
+
+def _check(face: int, row: np.ndarray, count: int) -> None:
+    if len(row) < 3 or row.min() < 0 or row.max() >= count:
+        raise MeshError(f"face {face} names vertices {row.tolist()[:6]} of {count} (from 0)")
 
 
 def _header(cursor: Cursor) -> tuple[str, list[_Element]]:

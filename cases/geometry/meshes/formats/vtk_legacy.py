@@ -9,7 +9,7 @@ import numpy as np
 from cases.geometry.meshes.facet_mesh import MeshError
 from cases.geometry.meshes.formats.cells import CellMesh
 from cases.geometry.meshes.formats.cursor import Cursor
-from cases.geometry.meshes.formats.text import clean_name
+from cases.geometry.meshes.formats.text import clean_name, cut_short
 from cases.geometry.meshes.formats.vtk_cells import POLYGON, STRIP, vtk_mesh
 
 _TYPES = {
@@ -95,6 +95,7 @@ def read(data: bytes) -> CellMesh:
     if file.points is None or not file.ends:
         raise MeshError("no POINTS or no cells in it: cut short, or no surface")
     notes = [f"data left out: {', '.join(dict.fromkeys(file.left))}"] if file.left else []
+    notes += cut_short(data) if file.text else []
     types = np.concatenate(file.types) if file.types else np.empty(0, int)
     return vtk_mesh(
         file.points, types, np.concatenate(file.ends), np.concatenate(file.nodes), file.data, notes

@@ -92,7 +92,7 @@ def _parsed(data: bytes) -> tuple[ElementTree.Element, bytes, str]:
 
 def _piece(piece: ElementTree.Element, coding: _Coding, kind: str):  # type: ignore[no-untyped-def]
     """Points, types, ends, nodes and cell data of a piece."""
-    n_points = int(piece.get("NumberOfPoints", -1))
+    n_points = _number(piece, "NumberOfPoints", -1)
     tag = piece.find("Points/DataArray")
     if tag is None:
         raise MeshError("a <Piece> without points")
@@ -116,16 +116,25 @@ def _piece(piece: ElementTree.Element, coding: _Coding, kind: str):  # type: ign
         else:
             types.append(np.full(len(own), _POLYGONAL[name]))
     total = len(np.concatenate(ends))
-    counted = sum(int(piece.get(f"NumberOf{n}", 0)) for n in ("Cells", *_POLYGONAL))
+    counted = sum(_number(piece, f"NumberOf{n}", 0) for n in ("Cells", *_POLYGONAL))
     if counted != total:
         raise MeshError(f"a <Piece> of {counted} cells holds {total}: damaged")
     data = {}
     for tag in piece.iterfind("CellData/DataArray"):
         values = _array(tag, coding, "cell data")
-        width = int(tag.get("NumberOfComponents") or 1)
+        width = _number(tag, "NumberOfComponents", 1)
         name = clean_name(tag.get("Name", "cell data"))
         data[name] = values if width == 1 else values.reshape(-1, width)
     return points.reshape(-1, 3), *map(np.concatenate, (types, ends, nodes)), data
+
+
+def _number(tag: ElementTree.Element, name: str, default: int) -> int:
+    """A whole number among the attributes of a tag."""
+    word = tag.get(name) or str(default)
+    try:
+        return int(word)
+    except ValueError:
+        raise MeshError(f"<{tag.tag}>: {name} = '{clean_name(word)[:24]}'") from None
 
 
 def _array(tag: ElementTree.Element, coding: _Coding, what: str) -> np.ndarray:
@@ -144,7 +153,7 @@ def _array(tag: ElementTree.Element, coding: _Coding, what: str) -> np.ndarray:
         except ValueError as error:
             raise MeshError(f"{what}: {clean_name(str(error))}") from None
     if form == "appended":
-        offset = int(tag.get("offset", -1))
+        offset = _number(tag, "offset", -1)
         if not 0 <= offset <= len(coding.appended):
             raise MeshError(f"{what}: appended data at {offset} of {len(coding.appended)} bytes")
         raw, packed = coding.appended[offset:], coding.base64

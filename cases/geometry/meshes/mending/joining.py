@@ -25,14 +25,14 @@ MOST_CHORDS = 2000
 def weld(mesh: Mending) -> None:
     """Join points; the sheets of a soup that lie on each other by their groups."""
     points, triangles = mesh.mesh.points, mesh.mesh.triangles
-    count = len(np.unique(triangles))
+    count = _used(triangles)
     soup = count == triangles.size
     one = welded(points, triangles, mesh.distance)
     drop_doubles(mesh, one[triangles] if soup else triangles)
     triangles = mesh.mesh.triangles
     if soup and np.any(edges_of(_proper(one[triangles])).counts > 2):
         one = _sheet_by_sheet(mesh, one)
-    left = len(np.unique(one[mesh.mesh.triangles]))
+    left = _used(one[mesh.mesh.triangles])
     one = _chords(mesh, one)
     _check_reference(mesh, one)
     triangles = one[mesh.mesh.triangles]
@@ -57,6 +57,11 @@ def weld(mesh: Mending) -> None:
             f"warning: the shortest edge, {shortest:.3g}, is less than ten weld distances of "
             f"{mesh.distance:.3g}; points may have been welded that are not one: lower weld"
         )
+
+
+def _used(triangles: np.ndarray) -> int:
+    """Number of vertices that triangles use."""
+    return int(np.count_nonzero(np.bincount(triangles.ravel())))
 
 
 def _proper(triangles: np.ndarray) -> np.ndarray:

@@ -286,6 +286,19 @@ AWKWARD: dict[str, Awkward] = {
         lambda: "OFF 3 1 0\n1 1 1\n1 1 1\n1 1 1\n3 0 1 2\n",
         "all of its triangles are collapsed",
     ),
+    "all on one line": Awkward(
+        "bag.off",
+        lambda: "OFF 4 2 0\n0 0 0\n1 0 0\n2 0 0\n4 0 0\n3 0 1 2\n3 1 2 3\n",
+        r"no triangle of it has a height, the first lies at \(1, 0, 0\)",
+    ),
+    "needles of a CAD program": Awkward(
+        "bag.off",
+        lambda: (
+            "OFF 5 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0 0\n3 0 4 3\n3 4 1 2\n3 4 2 3\n3 0 1 4\n"
+        ),
+        "1 triangles without height turned",
+        mended=True,
+    ),
     # counted formats
     "OFF cut short": Awkward(
         "bag.off", lambda: _without_last(off_text(bag()), 3), "42 vertices and 80 faces, 119 lines"
@@ -387,6 +400,9 @@ AWKWARD: dict[str, Awkward] = {
         "bag.key",
         lambda: "*KEYWORD\n-----BEGIN PGP MESSAGE-----\nabc\n",
         "line 2: encrypted from here on",
+    ),
+    "LS-DYNA with a bare star": Awkward(
+        "bag.k", lambda: lsdyna_text(bag()) + "*\n", "80 triangles", mended=True
     ),
     "LS-DYNA with a parameter": Awkward(
         "bag.k",

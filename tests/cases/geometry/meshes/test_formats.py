@@ -248,7 +248,9 @@ def test_abaqus_sets_parts_and_quads(tmp_path: Path) -> None:
     "name",
     ["$ Femap Property 3 : the film", '$HMNAME PROP  3"the film" 4', '$HMNAME COMP   3"the film"',
      "$ANSA_NAME;3;PSHELL;the film", "$ Elements and Element Properties for region : the film",
-     "$* Property: the film"],
+     "$* Property: the film", "$* Property: 3 name: the film", "$ANSA_NAME;3;PSHELL;~\n$the film",
+     "$ANSA_NAME_COMMENT;3;PSHELL;the film;;NO;NO;", '$HMNAME COMP 8 "the film" 3 "cloth" 4',
+     '$HMNAME COMP 3"other"\n$HMNAME PROP 3"the film" 4'],
 )  # fmt: skip
 def test_nastran_names_numbers_and_continuations(name: str, tmp_path: Path) -> None:
     text = (
@@ -271,7 +273,7 @@ def test_lsdyna_cards(tmp_path: Path) -> None:
     text = (
         "*KEYWORD\n*TITLE\nbag\n*NODE\n$   nid               x\n"
         "       1             0.0             0.0             0.0       0       0\n"
-        "2,1.,0.,0.\n*NODE %\n3 1. 1. 0.\n*NODE+\n"
+        "2,1.,0.,0.\n*NODE %\n         3             1.0             1.0             0.0\n*NODE+\n"
         "                   4                 0.0                 1.0                 0.0\n"
         "*PART_CONTACT\nthe film\n         5         1\n       0.0\n"
         "*PART\ninlet\n         6         1\n"
@@ -306,3 +308,20 @@ def test_many_names_of_one_group_join(tmp_path: Path) -> None:
     mesh = read(tmp_path, "a.stl", text)
     assert {k: len(v) for k, v in mesh.groups.items()} == {"film": 40, "inlet": 20, "SOLID": 20}
     assert np.array_equal(corners(mesh), corners(given))
+
+
+def test_lsdyna_numbers_that_touch_or_do_not_fit(tmp_path: Path) -> None:
+    """Wide numbers (I10), coordinates without blanks, columns that are not the format's."""
+    node = "*KEYWORD I10=Y\n*NODE\n" + "".join(
+        f"{1234567891 + i:10d}{x:16.9E}{y:16.9E}{z:16.9E}\n"
+        for i, (x, y, z) in enumerate(SQUARE - 2)
+    )
+    shell = "*ELEMENT_SHELL\n" + "".join(f"{1234567891 + k:10d}" for k in (0, 0, 0, 1, 2, 3))
+    mesh = read(tmp_path, "a.k", f"{node}{shell}\n*END\n")
+    assert np.array_equal(mesh.points, SQUARE - 2)
+    wide = "*KEYWORD\n*NODE\n" + "".join(
+        f"{12345678 + i:10d}{x:20.9g}{y:20.9g}{z:20.9g}\n" for i, (x, y, z) in enumerate(SQUARE)
+    )
+    shell = "*ELEMENT_SHELL\n" + " ".join(str(12345678 + k) for k in (0, 0, 0, 1, 2, 3))
+    mesh = read(tmp_path, "b.k", f"{wide}{shell}\n*END\n")
+    assert np.array_equal(mesh.points, SQUARE)

@@ -215,3 +215,80 @@ def test_short_edges_warn() -> None:
     given = bag()
     mended = repaired(given, weld=0.03)
     assert any(note.startswith("warning: the shortest edge") for note in mended.notes)
+
+
+def test_triangles_without_height_are_turned() -> None:
+    """A point on an edge, shared by a needle that closes the gap; two in a row; one on a rim."""
+    given = bag()
+    a, b, c = given.triangles[0].tolist()
+    p, q = len(given.points), len(given.points) + 1
+    x, y = given.points[a], given.points[b]
+    points = np.concatenate([given.points, [x + (y - x) / 4, x + (y - x) / 2]])
+    # triangle 0 becomes three, its neighbour across a b stays, needles lie between
+    fan = [[a, p, c], [p, q, c], [q, b, c], [a, b, p], [p, b, q]]
+    triangles = np.concatenate([given.triangles[1:], fan])
+    groups = {"rest": np.arange(len(given.triangles) - 1), "fan": np.arange(79, 84)}
+    mended = repaired(FacetMesh(points, triangles, groups))
+    assert "2 triangles without height turned, the first at (" in "; ".join(mended.notes)
+    assert np.all(edges_of(mended.triangles).counts == 2)
+    assert quality(mended.points, mended.triangles).smallest_angle > 5
+    assert signed_volume(mended) == pytest.approx(signed_volume(given), rel=1e-14)
+    assert len(mended.groups["fan"]) == 3
+    rim = FacetMesh(BENT_SQUARE, np.array([[0, 4, 3], [4, 1, 2], [4, 2, 3], [0, 1, 4]]))
+    assert len(repaired(rim).triangles) == 3
+
+
+BENT_SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0, 0]], float)
+
+
+def test_a_needle_that_cannot_be_turned_is_named() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0], [0.3, 5e-6, 0]], float)
+    with pytest.raises(MeshError, match=r"2 triangles without height, the first at \(0.5"):
+        repaired(FacetMesh(points, np.array([[0, 1, 2], [1, 0, 3]])))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_any_numbering_gives_the_same_surface(seed: int) -> None:
+    """Points shared or not, in any order and number; triangles turned and rolled; curved edges."""
+    rng = np.random.default_rng(seed)
+    whole = bag(int(rng.integers(1, 4)))
+    kept = np.sort(rng.permutation(len(whole.triangles))[: len(whole.triangles) - seed % 3])
+    inlet = np.isin(kept, whole.groups["inlet"])
+    groups = {"film": np.flatnonzero(~inlet), "inlet": np.flatnonzero(inlet)}
+    ends = whole.points[whole.triangles[kept]]
+    middles = (ends + np.roll(ends, -1, axis=1)) / 2 * 1.0625
+    given = FacetMesh(whole.points, whole.triangles[kept], groups, middles)
+    triangles = given.triangles.ravel().copy()
+    alone = np.flatnonzero(rng.random(len(triangles)) < seed / 7)
+    points = np.concatenate([given.points, given.points[triangles[alone]]])
+    triangles[alone] = len(given.points) + np.arange(len(alone))
+    order = rng.permutation(len(points))
+    triangles = np.argsort(order)[triangles].reshape(-1, 3)
+    points, turned = points[order], rng.random(len(triangles)) < 0.4
+    triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
+    middles = np.where(turned[:, None, None], middles[:, [1, 0, 2]], middles)
+    roll = (rng.integers(0, 3, len(triangles))[:, None] + np.arange(3)) % 3
+    triangles = np.take_along_axis(triangles, roll, axis=1)
+    middles = np.take_along_axis(middles, roll[:, :, None], axis=1)
+    points = points + rng.uniform(-1e-8, 1e-8, points.shape)
+    mended = repaired(replace(given, points=points, triangles=triangles, middles=middles))
+    used = len(np.unique(given.triangles))
+    assert len(mended.points) == used
+    for name in given.groups:
+        own = given.points[given.triangles[given.groups[name]]]
+        again = mended.points[mended.triangles[mended.groups[name]]]
+        assert np.abs(corners_of(again) - corners_of(own)).max() < 4e-8
+    ends = mended.points[mended.triangles]
+    assert mended.middles is not None
+    straight = (ends + np.roll(ends, -1, axis=1)) / 2
+    assert np.abs(mended.middles - 1.0625 * straight).max() < 4e-8
+    assert len(boundary_loops(mended.triangles)) == len(boundary_loops(given.triangles))
+
+
+def corners_of(triangles: np.ndarray) -> np.ndarray:
+    """Rounded corners first, so that points off by 1e-8 sort alike."""
+    rounded = np.round(triangles, 6)
+    rows = [(min(range(3), key=lambda k, t=t: t[k].tolist()), t) for t in rounded]
+    exact = [np.roll(x, -k, axis=0).ravel() for (k, _), x in zip(rows, triangles, strict=True)]
+    order = sorted(range(len(exact)), key=lambda i: np.round(exact[i], 6).tolist())
+    return np.array([exact[i] for i in order])
