@@ -41,6 +41,7 @@ def narrowest(scene: InflationScene) -> tuple[float, float]:
     if isinstance(g, PillowGeometry):
         fold = _folding(g)
         return min(fold.gap, fold.between), 0.5 * fold.panel
+    assert isinstance(g, PancakeGeometry)  # the bags of files count themselves
     return 2.0 * g.radius, g.half_width - g.radius
 
 
