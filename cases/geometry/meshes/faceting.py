@@ -9,8 +9,8 @@ from collections import Counter
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.formats.cells import CellMesh, Cells
+from .facet_mesh import FacetMesh, MeshError
+from .formats.cells import CellMesh, Cells
 
 MOST_TRIANGLES = 2_000_000
 MOST_CORNERS = 500

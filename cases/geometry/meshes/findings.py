@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.geometry.meshes.mending.topology import boundary_loops, edges_of
+from .mending.topology import boundary_loops, edges_of
 
 SLIVER = 5.0  # degrees; below, the fluid's error grows
 

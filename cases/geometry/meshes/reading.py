@@ -7,8 +7,8 @@ from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.faceting import faceted
+from .facet_mesh import FacetMesh, MeshError
+from .faceting import faceted
 
 MOST_BYTES = 1 << 28
 # ending: name of the format, module of its reader
@@ -66,7 +66,7 @@ def read_facets(path: str | os.PathLike[str]) -> FacetMesh:
     data = _bytes(path)
     try:
         # deep or huge files fail in many ways, and none may pass as anything but a word on the file
-        mesh = faceted(import_module(f"cases.geometry.meshes.formats.{reader}").read(data))
+        mesh = faceted(import_module(f".formats.{reader}", __package__).read(data))
     except MeshError as error:
         # words of a damaged file may hold anything
         told = "".join(c if c.isprintable() else "?" for c in str(error))

@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.findings import place, sheet_table
-from cases.geometry.meshes.mending.joining import weld as join
-from cases.geometry.meshes.mending.needles import turn_needles
-from cases.geometry.meshes.mending.orientation import part_volumes, turns
-from cases.geometry.meshes.mending.state import Mending, memberships
-from cases.geometry.meshes.mending.topology import edges_of, fans, sheets
+from .facet_mesh import FacetMesh, MeshError
+from .findings import place, sheet_table
+from .mending.joining import weld as join
+from .mending.needles import turn_needles
+from .mending.orientation import part_volumes, turns
+from .mending.state import Mending, memberships
+from .mending.topology import edges_of, fans, sheets
 
 
 def repaired(facets: FacetMesh, *, weld: float = 1e-5, component: str = "all") -> FacetMesh:

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, Cells, distinct, places
-from cases.geometry.meshes.formats.text import (
+from ..facet_mesh import MeshError
+from .cells import CellCollector, CellMesh, Cells, distinct, places
+from .text import (
     MOST_NUMBER,
     clean_name,
     cut_short,

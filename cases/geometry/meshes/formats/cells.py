@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
+from ..facet_mesh import MeshError
 
 # Integer cell data with more values than this are a field, not labels of groups.
 MOST_LABELS = 256

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
+from ..facet_mesh import MeshError
 
 _WORD = re.compile(rb"\S+")
 # words of a text that are taken at a time, as each is an object first

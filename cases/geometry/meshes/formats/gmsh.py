@@ -10,12 +10,12 @@ from collections import defaultdict
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellMesh, Cells, distinct, places
-from cases.geometry.meshes.formats.cursor import Cursor, integers
-from cases.geometry.meshes.formats.text import clean_name
+from ..facet_mesh import MeshError
+from .cells import CellMesh, Cells, distinct, places
+from .cursor import Cursor, integers
+from .text import clean_name
 
-# type: kind, nodes, dimension
+# code of a cell: its kind, nodes and dimension
 _TYPES = {
     1: ("line", 2, 1), 2: ("triangle", 3, 2), 3: ("quad", 4, 2), 4: ("tetra", 4, 3),
     5: ("hexahedron", 8, 3), 6: ("wedge", 6, 3), 7: ("pyramid", 5, 3), 8: ("line", 3, 1),

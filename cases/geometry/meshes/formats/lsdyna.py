@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, distinct, places
-from cases.geometry.meshes.formats.text import clean_name, columns, cut_short, real, text_of, whole
+from ..facet_mesh import MeshError
+from .cells import CellCollector, CellMesh, distinct, places
+from .text import clean_name, columns, cut_short, real, text_of, whole
 
 _PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 

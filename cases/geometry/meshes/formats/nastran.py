@@ -11,9 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, distinct
-from cases.geometry.meshes.formats.text import clean_name, columns, cut_short, real, text_of, whole
+from ..facet_mesh import MeshError
+from .cells import CellCollector, CellMesh, distinct
+from .text import clean_name, columns, cut_short, real, text_of, whole
 
 # card: kind, nodes
 _SHELLS = {

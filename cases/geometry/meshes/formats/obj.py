@@ -6,9 +6,9 @@ from collections import Counter
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, flat_kind
-from cases.geometry.meshes.formats.text import clean_name, cut_short, real, text_of, whole
+from ..facet_mesh import MeshError
+from .cells import CellCollector, CellMesh, flat_kind
+from .text import clean_name, cut_short, real, text_of, whole
 
 _KNOWN = ("vt", "vn", "vp", "s", "mtllib", "mg", "cstype", "deg")
 _FREEFORM = (

@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellCollector, CellMesh, flat_kind
-from cases.geometry.meshes.formats.text import cut_short, real, text_of, whole
+from ..facet_mesh import MeshError
+from .cells import CellCollector, CellMesh, flat_kind
+from .text import cut_short, real, text_of, whole
 
 _HEAD = re.compile(r"(ST)?(C)?(N)?OFF$")
 

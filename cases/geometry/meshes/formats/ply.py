@@ -9,16 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import (
+from ..facet_mesh import MeshError
+from .cells import (
     CellCollector,
     CellMesh,
     Cells,
     flat_kind,
     labelled,
 )
-from cases.geometry.meshes.formats.cursor import Cursor, integers
-from cases.geometry.meshes.formats.text import cut_short
+from .cursor import Cursor, integers
+from .text import cut_short
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",

@@ -10,9 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellMesh, Cells
-from cases.geometry.meshes.formats.text import clean_name
+from ..facet_mesh import MeshError
+from .cells import CellMesh, Cells
+from .text import clean_name
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEAD = 84

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cases.geometry.meshes.facet_mesh import MeshError
+from ..facet_mesh import MeshError
 
 # 1.5-3 and 1.5+3 are 1.5e-3 and 1.5e3 in decks that Fortran programs write, D an exponent too.
 MOST_NUMBER = 10**10

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellMesh, Cells, labelled
+from ..facet_mesh import MeshError
+from .cells import CellMesh, Cells, labelled
 
 KINDS = {
     1: "vertex", 2: "vertex", 3: "line", 4: "line", 5: "triangle", 7: "polygon", 8: "pixel",

@@ -6,11 +6,11 @@ import re
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellMesh
-from cases.geometry.meshes.formats.cursor import Cursor
-from cases.geometry.meshes.formats.text import clean_name, cut_short
-from cases.geometry.meshes.formats.vtk_cells import POLYGON, STRIP, vtk_mesh
+from ..facet_mesh import MeshError
+from .cells import CellMesh
+from .cursor import Cursor
+from .text import clean_name, cut_short
+from .vtk_cells import POLYGON, STRIP, vtk_mesh
 
 _TYPES = {
     "unsigned_char": "u1", "char": "i1", "unsigned_short": "u2", "short": "i2", "int": "i4",

@@ -16,10 +16,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.formats.cells import CellMesh
-from cases.geometry.meshes.formats.text import clean_name
-from cases.geometry.meshes.formats.vtk_cells import POLYGON, STRIP, vtk_mesh
+from ..facet_mesh import MeshError
+from .cells import CellMesh
+from .text import clean_name
+from .vtk_cells import POLYGON, STRIP, vtk_mesh
 
 MOST_BYTES = 1 << 30
 _TYPES = {

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import FacetMesh
+from ..facet_mesh import FacetMesh
 
 # values of the six functions of a second-order triangle (corners, middles of 01, 12, 20) at the
 # quarter points of side 01 and at the middle of the line from its middle to corner 2

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.findings import place
-from cases.geometry.meshes.mending.state import Mending, memberships
+from ..facet_mesh import MeshError
+from ..findings import place
+from .state import Mending, memberships
 
 # Thickness over size below which doubled triangles of one solid may be two sheets.
 THIN = 1e-6

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.findings import place
-from cases.geometry.meshes.mending.bisection import halved
-from cases.geometry.meshes.mending.doubles import drop_doubles
-from cases.geometry.meshes.mending.state import Mending
-from cases.geometry.meshes.mending.topology import FacetEdges, edges_of
-from cases.geometry.meshes.mending.welding import first_of, welded
+from ..facet_mesh import MeshError
+from ..findings import place
+from .bisection import halved
+from .doubles import drop_doubles
+from .state import Mending
+from .topology import FacetEdges, edges_of
+from .welding import first_of, welded
 
 # Halving chords one by one takes too long beyond; sheets that share so many are no sheets.
 MOST_CHORDS = 2000

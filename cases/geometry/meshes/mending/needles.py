@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.findings import place
-from cases.geometry.meshes.mending.state import Mending
+from ..facet_mesh import MeshError
+from ..findings import place
+from .state import Mending
 
 # Needles beside needles are turned one after the other; files with more are no surfaces.
 MOST_NEEDLES = 2000

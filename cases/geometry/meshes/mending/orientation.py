@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.mending.topology import FacetEdges, boundary_loops, joined
+from ..facet_mesh import MeshError
+from .topology import FacetEdges, boundary_loops, joined
 
 # Volume of a sheet, over its area to the power 3/2, below which it is flat.
 FLAT = 1e-8

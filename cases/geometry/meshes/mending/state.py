@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import FacetMesh
+from ..facet_mesh import FacetMesh
 
 
 class Mending:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cases.geometry.meshes.facet_mesh import MeshError
-from cases.geometry.meshes.mending.topology import edges_of, joined
+from ..facet_mesh import MeshError
+from .topology import edges_of, joined
 
 # Pairs of near points per point: beyond, the distance joins much more than copies.
 MOST_PAIRS = 60
