@@ -14,6 +14,7 @@ from shells.surfaces.local_elements import lattice, middle, rule
 
 from .bag import Bag
 from .bag_sampler import corner_triangles, tangents, triangulated
+from .rays import first_hits
 
 ELEMENTS_PER_RADIUS = 1.0  # below: folds are not resolved; 2 give strains to 3 %
 QUANTILES = (0.0, 0.01, 0.99, 1.0)
@@ -155,20 +156,4 @@ def faced(bag: Bag) -> float:
     normal = np.cross(*tangents(bag.inlet, c, (xi, eta)))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     triangles = corner_triangles(bag.membrane, bag.coefficients[: bag.n_membrane])
-    hits = [_first_hit(o, n, triangles) for o, n in zip(origin, normal, strict=True)]
-    return float(min(hits))
-
-
-def _first_hit(origin: np.ndarray, direction: np.ndarray, triangles: np.ndarray) -> float:
-    """Distance along a ray to the nearest triangle (Moeller and Trumbore), infinite if none."""
-    a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    p = np.cross(direction, c)
-    det = np.einsum("ij,ij->i", b, p)
-    det[det == 0.0] = np.nan  # parallel to the ray or collapsed: no hit
-    to = origin - a
-    q = np.cross(to, b)
-    u = np.einsum("ij,ij->i", to, p) / det
-    v = (q @ direction) / det
-    t = np.einsum("ij,ij->i", c, q) / det
-    hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 1e-9)
-    return float(t[hit].min()) if hit.any() else np.inf
+    return float(first_hits(origin, normal, triangles).min())

@@ -12,6 +12,11 @@ class MeshError(ValueError):
     """A mesh that cannot be used: what, where, and the remedy, in one line."""
 
 
+def place(point: np.ndarray) -> str:
+    """A point in words."""
+    return f"({', '.join(f'{x:.4g}' for x in point)})"
+
+
 @dataclass(frozen=True)
 class FacetMesh:
     """Triangles with groups; counterclockwise seen from outside, once they are oriented.

@@ -10,6 +10,7 @@ from collections import Counter
 import numpy as np
 
 from .facet_mesh import FacetMesh, MeshError
+from .flat_triangles import plane_cross
 from .formats.cells import CellMesh, Cells
 
 MOST_TRIANGLES = 2_000_000
@@ -172,7 +173,7 @@ def _ears(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
     while len(ring) > 3:
         at = np.array(ring)
         before, after = flat[np.roll(at, 1)], flat[np.roll(at, -1)]
-        convex = _cross(flat[at] - before, after - flat[at]) > 0
+        convex = plane_cross(flat[at] - before, after - flat[at]) > 0
         lengths = np.where(convex, np.linalg.norm(after - before, axis=1), np.inf)
         best = int(np.argmin(lengths))
         for i in np.argsort(lengths):
@@ -187,13 +188,9 @@ def _ears(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
     return polygon[np.array([*cut, ring])]
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
 def _inside(points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Which points lie in the triangle, its edges included."""
-    sides = [_cross(q - p, points - p) for p, q in ((a, b), (b, c), (c, a))]
+    sides = [plane_cross(q - p, points - p) for p, q in ((a, b), (b, c), (c, a))]
     return np.all(np.array(sides) >= 0, axis=0)
 
 

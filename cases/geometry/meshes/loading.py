@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from .facet_mesh import FacetMesh, MeshError
-from .findings import quality
+from .figures import mesh_quality
+from .findings import refuse_coincident
 from .opening import opened
 from .placing import UNITS, scaled
-from .quality import refuse_coincident
 from .reading import read_facets
 from .repair import repaired
 
@@ -106,7 +106,7 @@ def mesh_warnings(facets: FacetMesh) -> tuple[str, ...]:
     -------
     tuple of str
     """
-    found = quality(facets.points, facets.triangles).warnings()
+    found = mesh_quality(facets.points, facets.triangles).warnings()
     size = float(np.ptp(facets.points, axis=0).max())
     if not SMALL <= size <= LARGE:
         found.append(

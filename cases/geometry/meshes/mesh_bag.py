@@ -19,16 +19,16 @@ from shells.surfaces.triangles.triangle_surface import TriangleSurface
 
 from ..bag import Bag
 from ..folding import Folding, Map
+from ..rays import first_hits
 from .facet_mesh import FacetMesh, MeshError
+from .findings import beside_seams, refuse_coincident
 from .inlets.checks import check_across
-from .inlets.cut import split_members, with_inlet
-from .inlets.facing import first_hits
+from .inlets.cut import with_inlet
 from .inlets.inflow import RimCurve, inflow_profile
 from .loading import mesh_warnings
 from .narrowest import narrowest_gap
 from .placing import moved
-from .quality import beside_seams, refuse_coincident
-from .smoothing.curved_mesh import CurvedMesh, curved_mesh
+from .smoothing.curved_mesh import CurvedMesh, curved_mesh, split_members
 
 PATCH_CELLS = 12  # of each triangle's side, where the deepest point of the patch is sought
 RIMS = ("hinged", "clamped")

@@ -13,11 +13,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_matrix
 
-from .facet_mesh import FacetMesh, MeshError
+from .facet_mesh import FacetMesh, MeshError, place
 from .flat.chords import split_chords
 from .flat.drawn import drawn_in
 from .flat.plane import fitted_plane
 from .flat.sheets import FLAT, Sheets, told_apart, unfolded
+from .flat_triangles import area_vectors, plane_areas, sides_of, unit
 
 RIM = 2.0  # width of the opened rim, in h
 BLOCK = 2_000_000  # pairs of a point and a seam edge at a time
@@ -79,14 +80,13 @@ def opened(
     middles = facets.middles
     if middles is not None:
         middles = middles + _middle_offsets(facets, sheets, normals, edges, h)
-    flat = facets.points if facets.reference is None else facets.reference
+    flat = unfolded(facets)
     plane = fitted_plane(facets.points)
     if drawn and plane.thickness <= FLAT * plane.size:
         moves = drawn_in(points, flat, facets.triangles, plane.axes[:2]) - points
         points = points + moves
         if middles is not None:
-            ends = np.stack([facets.triangles, np.roll(facets.triangles, -1, axis=1)], axis=2)
-            middles = middles + moves[ends].mean(axis=2)
+            middles = middles + moves[sides_of(facets.triangles)].mean(axis=2)
     lifted = replace(facets, points=points, middles=middles, reference=flat)
     return replace(lifted, notes=(*facets.notes, _note(facets, lifted, h)))
 
@@ -165,9 +165,7 @@ def _height(far: np.ndarray, h: float) -> np.ndarray:
 
 def _outward(facets: FacetMesh, sheets: Sheets) -> FacetMesh:
     """Triangles of the upper sheet counterclockwise in the plane, the others clockwise."""
-    a, b, c = sheets.plan[facets.triangles].transpose(1, 0, 2)
-    u, v = b - a, c - a
-    turned = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0.0) != sheets.upper
+    turned = (plane_areas(sheets.plan, facets.triangles) > 0.0) != sheets.upper
     if not turned.any():
         return facets
     triangles = facets.triangles.copy()
@@ -183,14 +181,12 @@ def _outward(facets: FacetMesh, sheets: Sheets) -> FacetMesh:
 def _normals(facets: FacetMesh, side: np.ndarray) -> np.ndarray:
     """Unit normal of one sheet at each of its points; others get none."""
     triangles = facets.triangles[side]
-    a, b, c = facets.points[triangles].transpose(1, 0, 2)
     rows = np.repeat(np.arange(triangles.shape[0]), 3)
     gather = coo_matrix(
         (np.ones(rows.size), (triangles.ravel(), rows)),
         shape=(facets.points.shape[0], triangles.shape[0]),
     )
-    normal = gather.tocsr() @ np.cross(b - a, c - a)
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
+    return unit(gather.tocsr() @ area_vectors(facets.points, triangles))
 
 
 def _middle_offsets(
@@ -202,12 +198,11 @@ def _middle_offsets(
 ) -> np.ndarray:
     """Lift ``(m, 3, 3)`` of the middles: those of straight flat edges, of folded ones alike."""
     assert facets.middles is not None
-    t = facets.triangles
-    ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
+    ends = sides_of(facets.triangles)
     at = sheets.plan[ends].mean(axis=2)
     if facets.reference is None:
         at = sheets.plane.coordinates(facets.middles.reshape(-1, 3))[:, :2].reshape(at.shape)
-    far = seam_distance(at.reshape(-1, 2), sheets.plan[edges]).reshape(t.shape)
+    far = seam_distance(at.reshape(-1, 2), sheets.plan[edges]).reshape(ends.shape[:2])
     kept = {(int(a), int(b)) for a, b in np.sort(edges, axis=1)}
     for i, k in np.argwhere(np.isin(ends, edges).all(axis=2)):
         if tuple(sorted(ends[i, k].tolist())) in kept:
@@ -215,8 +210,7 @@ def _middle_offsets(
     normal = np.where(
         sheets.upper[:, None, None], normals[0][ends].mean(axis=2), normals[1][ends].mean(axis=2)
     )
-    normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-300)
-    return np.asarray(_height(far, h)[:, :, None] * normal)
+    return np.asarray(_height(far, h)[:, :, None] * unit(normal))
 
 
 def stretches(flat: np.ndarray, now: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -234,10 +228,10 @@ def _note(before: FacetMesh, after: FacetMesh, h: float) -> str:
     assert after.reference is not None
     found = stretches(after.reference, after.points, after.triangles)
     worst = int(np.abs(found - 1.0).max(axis=1).argmax())
-    place = ", ".join(f"{x:.3g}" for x in after.points[after.triangles[worst]].mean(axis=0))
+    where = place(after.points[after.triangles[worst]].mean(axis=0))
     cut = "the flat cut" if before.reference is None else "the reference"
     return (
         f"sheets opened by {h:.3g} to either side: {cut} is stress-free, and the opening stretches "
-        f"it by {found.min():.3g} to {found.max():.3g} (the most at ({place}); median of the "
+        f"it by {found.min():.3g} to {found.max():.3g} (the most at {where}; median of the "
         f"largest {np.median(found[:, 1]):.4g})"
     )

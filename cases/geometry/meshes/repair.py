@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .facet_mesh import FacetMesh, MeshError
-from .findings import place, sheet_table
+from .facet_mesh import FacetMesh, MeshError, place
+from .figures import sheet_table
 from .mending.joining import weld as join
 from .mending.needles import turn_needles
 from .mending.orientation import part_volumes, turns

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...geometry.meshes.findings import findings
 from ...geometry.meshes.mesh_bag import MeshBag
-from ...geometry.meshes.quality import findings
 from ...output.forecast import Item
 from .plan import InflationPlan
 

@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...geometry.meshes.flat_triangles import facet_normals, smallest_angles
+
 PASSES = 50
-
-
-def smallest_angles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Smallest angle ``(m,)`` of each triangle, in degrees."""
-    corners = points[triangles]
-    to = np.roll(corners, -1, axis=1) - corners
-    to /= np.linalg.norm(to, axis=2, keepdims=True)
-    cosine = -np.sum(to * np.roll(to, 1, axis=1), axis=2)
-    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).min(axis=1)))
 
 
 def flipped(points: np.ndarray, triangles: np.ndarray, curve: np.ndarray) -> np.ndarray:
@@ -58,7 +51,5 @@ def _has(triangle: np.ndarray, a: int, b: int) -> bool:
 
 def _flat(points: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
     """Whether all four triangles of a quadrilateral face about the same way."""
-    p = points[np.array([[a, b, c], [b, a, d], [a, d, c], [d, b, c]])]
-    normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    normals = facet_normals(points, np.array([[a, b, c], [b, a, d], [a, d, c], [d, b, c]]))
     return bool((normals @ normals.T).min() > 0.5)

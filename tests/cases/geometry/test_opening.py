@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.flat.chords import bisected, split_chords
+from cases.geometry.meshes.flat.chords import split_chords
 from cases.geometry.meshes.flat.plane import fitted_plane
 from cases.geometry.meshes.flat.sheets import told_apart
+from cases.geometry.meshes.mending.bisection import bisected
 from cases.geometry.meshes.opening import double_sheet, opened, stretches
 
 N = 8
@@ -171,8 +172,9 @@ def test_curved_second_order_triangles_are_split_on_their_surface():
     middles = np.array([[[0.5, 0, 0.25], [0.5, 0.5, 0.5], [0, 0.5, 0.25]]])  # z = x - x^2 + y - y^2
     one = FacetMesh(points, np.array([[0, 1, 2]]), {"a": np.array([0])}, middles)
     for marked in ([1, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 1]):
-        split = bisected(one, np.array([marked], dtype=bool))
+        split, parents = bisected(one, np.array([marked], dtype=bool))
         assert split.triangles.shape[0] == 1 + sum(marked)
+        assert parents.tolist() == [0] * (1 + sum(marked))
         for found in (split.points, split.middles.reshape(-1, 3)):
             x, y, z = found.T
             np.testing.assert_allclose(z, x - x**2 + y - y**2, atol=1e-15)

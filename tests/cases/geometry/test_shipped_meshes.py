@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh
+from cases.geometry.meshes.flat_triangles import smallest_angles
 from cases.geometry.meshes.mesh_bag import mesh_bag
 from cases.geometry.meshes.opening import opened
 from cases.geometry.meshes.pattern import pattern_folding
@@ -14,7 +15,6 @@ from cases.geometry.meshes.repair import repaired
 from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 from cases.scenes.meshes import round_bag
 from cases.scenes.meshes.make import FILES, FOLDER
-from cases.scenes.meshes.triangulation import smallest_angles
 
 
 def mended(name: str) -> FacetMesh:

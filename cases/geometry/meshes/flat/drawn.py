@@ -11,6 +11,8 @@ import numpy as np
 from scipy.sparse import coo_matrix, identity
 from scipy.sparse.linalg import spsolve
 
+from ..mending.topology import edges_of
+
 PASSES = 30
 STILL = 1e-6  # of an edge's length: the largest move of the last pass
 HELD = 1e-6  # stiffness that keeps the bag where it is, of the springs'
@@ -33,8 +35,7 @@ def drawn_in(
     -------
     (n, 3) array
     """
-    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    i, j = np.unique(np.sort(ends, axis=1), axis=0).T
+    i, j = edges_of(triangles).ends.T
     rest = np.linalg.norm(flat[i] - flat[j], axis=1)
     weight = np.sqrt(1.0 / rest)
     rows = np.repeat(np.arange(i.size), 4)

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from ..facet_mesh import FacetMesh, MeshError
+from ..facet_mesh import FacetMesh, MeshError, place
+from ..flat_triangles import plane_areas, plane_cross
+from ..mending.topology import edges_of, two_sided
 from .plane import PatternPlane, fitted_plane
 
 FLAT = 1e-5  # thickness over size below which sheets coincide
@@ -61,12 +61,12 @@ def told_apart(facets: FacetMesh) -> Sheets:
             f"{plane.size:.3g}; sheets are told apart in flat meshes only"
         )
     plan = plane.coordinates(points)[:, :2]
-    area = _signed_areas(facets.triangles, plan)
+    area = plane_areas(plan, facets.triangles)
     empty = np.flatnonzero(np.abs(area) <= EMPTY * plane.size**2)
     if empty.size:
-        place = ", ".join(f"{x:.4g}" for x in points[facets.triangles[empty[0]]].mean(axis=0))
+        where = place(points[facets.triangles[empty[0]]].mean(axis=0))
         raise MeshError(
-            f"{empty.size} triangles of a flat sheet have no area, the first at ({place}): "
+            f"{empty.size} triangles of a flat sheet have no area, the first at {where}: "
             "remove them in a mesh tool"
         )
     edges, firsts, sides, turns = _edge_sides(facets.triangles, plan)
@@ -92,27 +92,17 @@ def unfolded(facets: FacetMesh) -> np.ndarray:
     return facets.points if facets.reference is None else facets.reference
 
 
-def _signed_areas(triangles: np.ndarray, plan: np.ndarray) -> np.ndarray:
-    a, b, c = plan[triangles].transpose(1, 0, 2)
-    u, v = b - a, c - a
-    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
-
-
 def _edge_sides(
     triangles: np.ndarray, plan: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Edges of triangles, equal ones in a row: edge, first of each, triangle and side it is on."""
-    pairs = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    opposite = np.roll(triangles, -2, axis=1).ravel()
-    pairs = np.sort(pairs, axis=1)
-    order = np.lexsort(pairs.T[::-1])
-    pairs, opposite = pairs[order], opposite[order]
-    a, along = plan[pairs[:, 0]], plan[pairs[:, 1]] - plan[pairs[:, 0]]
-    off = plan[opposite] - a
-    turns = np.sign(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0])
-    new = np.flatnonzero(np.any(np.diff(pairs, axis=0) != 0, axis=1)) + 1
-    firsts = np.concatenate([[0], new, [pairs.shape[0]]])
-    return pairs, firsts, order // 3, turns
+    edges = edges_of(triangles)
+    order = np.argsort(edges.of.ravel(), kind="stable")
+    pairs = edges.ends[edges.of.ravel()[order]]
+    opposite = np.roll(triangles, -2, axis=1).ravel()[order]
+    start = plan[pairs[:, 0]]
+    turns = np.sign(plane_cross(plan[pairs[:, 1]] - start, plan[opposite] - start))
+    return pairs, np.concatenate([[0], np.cumsum(edges.counts)]), order // 3, turns
 
 
 def _components(
@@ -123,20 +113,13 @@ def _components(
     edges: np.ndarray,
     points: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Component of each triangle over edges of two triangles, and its sheet there (1 or -1).
-
-    Each triangle has two nodes, one for either sheet; an edge joins equal or opposed ones.
-    """
-    rows = np.concatenate([s, s + n])
-    columns = np.concatenate([np.where(opposed, t + n, t), np.where(opposed, t, t + n)])
-    graph = coo_matrix((np.ones(rows.size), (rows, columns)), shape=(2 * n, 2 * n))
-    _, found = connected_components(graph, directed=False)
-    twisted = np.flatnonzero(found[:n] == found[n:])
+    """Component of each triangle over edges of two triangles, and its sheet there (1 or -1)."""
+    one, other = two_sided(n, s, t, opposed)
+    twisted = np.flatnonzero(one == other)
     if twisted.size:
-        k = np.flatnonzero(found[s] == found[twisted[0]])[0]
+        k = np.flatnonzero(one[s] == one[twisted[0]])[0]
         raise MeshError(f"sheets cannot be told apart: both are one {_at(points[edges[k]])}")
-    part = np.minimum(found[:n], found[n:])
-    return part, np.where(found[:n] < found[n:], 1, -1)
+    return np.minimum(one, other), np.where(one < other, 1, -1)
 
 
 def _join(
@@ -189,5 +172,5 @@ def _shared(groups: Mapping[str, np.ndarray], s: int, t: int) -> int:
 
 
 def _at(ends: np.ndarray) -> str:
-    a, b = (", ".join(f"{x:.4g}" for x in p) for p in ends)
-    return f"at the edge from ({a}) to ({b})"
+    a, b = (place(end) for end in ends)
+    return f"at the edge from {a} to {b}"

@@ -13,13 +13,14 @@ from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
-from ..facet_mesh import FacetMesh, MeshError
-from ..findings import Hole, place
+from ..facet_mesh import FacetMesh, MeshError, place
+from ..figures import Hole
+from ..flat_triangles import plane_areas, plane_cross, sides_of
 from .loops import rims, told
 from .selection import HOLE, numbers_of
 
 CLEAR = 0.65  # rim edges that inner points keep from the rim
-THIN = 1e-9  # doubled area over the square of a rim edge that is none
+THIN = 1e-9  # area over the square of a rim edge that is none
 CAP = "cap of the hole"
 
 
@@ -93,11 +94,10 @@ def _fill(rim: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         triangles = Delaunay(at).simplices
     except QhullError as wrong:
         raise _unfillable(rim, "its points lie on a line") from wrong
-    a, b, c = (at[triangles[:, k]] for k in range(3))
-    double = _cross(b - a, c - a)
-    triangles[double < 0.0] = triangles[double < 0.0][:, ::-1]
+    area = plane_areas(at, triangles)
+    triangles[area < 0.0] = triangles[area < 0.0][:, ::-1]
     # rim vertices on a line make triangles without area
-    kept = within(plane, (a + b + c) / 3.0) & (np.abs(double) > THIN * spacing**2)
+    kept = within(plane, at[triangles].mean(axis=1)) & (np.abs(area) > THIN * spacing**2)
     triangles = triangles[kept]
     if np.unique(triangles).size < len(at) or not _rim_kept(triangles, len(rim)):
         raise _unfillable(rim, "its polygon crosses itself or is too ragged for a plane fill")
@@ -113,12 +113,8 @@ def _unfillable(rim: np.ndarray, why: str) -> MeshError:
     )
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
 def _signed_area(polygon: np.ndarray) -> float:
-    return float(0.5 * _cross(polygon, np.roll(polygon, -1, axis=0)).sum())
+    return float(0.5 * plane_cross(polygon, np.roll(polygon, -1, axis=0)).sum())
 
 
 def _inside(polygon: np.ndarray, spacing: float) -> np.ndarray:
@@ -178,7 +174,7 @@ def _middles(facets: FacetMesh, points: np.ndarray, triangles: np.ndarray) -> np
     if facets.middles is None:
         return None
     m = len(facets.triangles)
-    side = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
+    side = sides_of(triangles)
     middles = points[side].mean(axis=2)
     middles[:m] = facets.middles
     known = dict(zip(map(tuple, side[:m].reshape(-1, 2).tolist()), facets.middles.reshape(-1, 3),

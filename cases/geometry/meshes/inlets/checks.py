@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from shells.surfaces.triangles.edge_graph import edge_graph
-
-from ..facet_mesh import FacetMesh, MeshError
-from ..findings import place
+from ..facet_mesh import FacetMesh, MeshError, place
+from ..mending.topology import sheets
 from .loops import rims, told
 
 
@@ -89,11 +85,7 @@ def check_across(facets: FacetMesh, chosen: np.ndarray) -> None:
 
 def pieces(triangles: np.ndarray) -> list[np.ndarray]:
     """Triangles of each part that edges connect, largest first."""
-    graph = edge_graph(triangles)
-    pairs = graph.triangles[graph.triangles[:, 1] >= 0]
-    n = len(triangles)
-    joined = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(n, n))
-    count, label = connected_components(joined, directed=False)
+    count, label = sheets(triangles)
     parts = [np.flatnonzero(label == k) for k in range(count)]
     return sorted(parts, key=lambda part: -part.size)
 

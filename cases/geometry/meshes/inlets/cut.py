@@ -49,15 +49,8 @@ def with_inlet(
     return facets, chosen
 
 
-def split_members(members: np.ndarray, split: int) -> np.ndarray:
-    """Triangles that come of some, each divided into four this often."""
-    for _ in range(split):
-        members = (4 * members[:, None] + np.arange(4)).ravel()
-    return members
-
-
-def restricted(facets: FacetMesh, kept: np.ndarray) -> tuple[FacetMesh, np.ndarray]:
-    """A mesh of some triangles, increasing, and which of the old points it has."""
+def restricted(facets: FacetMesh, kept: np.ndarray) -> FacetMesh:
+    """A mesh of some triangles, increasing."""
     used, numbers = np.unique(facets.triangles[kept], return_inverse=True)
     groups = {
         name: np.flatnonzero(np.isin(kept, members)) for name, members in facets.groups.items()
@@ -69,7 +62,7 @@ def restricted(facets: FacetMesh, kept: np.ndarray) -> tuple[FacetMesh, np.ndarr
         None if facets.middles is None else facets.middles[kept],
         None if facets.reference is None else facets.reference[used],
         facets.notes,
-    ), used
+    )
 
 
 def only(
@@ -85,5 +78,5 @@ def only(
         groups = [name for name, k in facets.groups.items() if np.isin(k, gone).any()]
         of = f" of {', '.join(map(repr, groups))}" if groups else ""
         notes += (f"left out {gone.size} triangle(s){of}",)
-    mesh, _ = restricted(replace(facets, notes=(*facets.notes, *notes)), kept)
+    mesh = restricted(replace(facets, notes=(*facets.notes, *notes)), kept)
     return mesh, np.searchsorted(kept, chosen)

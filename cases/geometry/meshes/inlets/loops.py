@@ -6,8 +6,8 @@ import numpy as np
 
 from shells.surfaces.triangles.edge_graph import edge_graph
 
-from ..facet_mesh import MeshError
-from ..findings import Hole, holes, place
+from ..facet_mesh import MeshError, place
+from ..figures import Hole, holes
 
 
 def rims(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:

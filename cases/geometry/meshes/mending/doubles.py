@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..facet_mesh import MeshError
-from ..findings import place
+from ..facet_mesh import MeshError, place
 from .state import Mending, memberships
 
 # Thickness over size below which doubled triangles of one solid may be two sheets.

@@ -10,15 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..facet_mesh import MeshError
-from ..findings import place
-from .bisection import halved
+from ..facet_mesh import MeshError, place
+from .bisection import bisected
 from .doubles import drop_doubles
 from .state import Mending
 from .topology import FacetEdges, edges_of
 from .welding import first_of, welded
 
-# Halving chords one by one takes too long beyond; sheets that share so many are no sheets.
+# Sheets that share more are no sheets.
 MOST_CHORDS = 2000
 
 
@@ -93,7 +92,7 @@ def _sheet_by_sheet(mesh: Mending, one: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Meeting:
-    """FacetEdges before welding: which meet others after it, and whether rims are among these."""
+    """Edges before welding: which meet others after it, and whether rims are among these."""
 
     edges: FacetEdges
     total: np.ndarray  # triangles at the welded edge
@@ -111,7 +110,7 @@ class _Meeting:
 
 
 def _crowded(triangles: np.ndarray, one: np.ndarray) -> np.ndarray:
-    """FacetEdges of more than two triangles after welding that are no chords of sheets."""
+    """Edges of more than two triangles after welding that are no chords of sheets."""
     meeting = _Meeting.of(triangles, one)
     return (meeting.total > 2) & ~meeting.inner
 
@@ -123,7 +122,7 @@ def _chords(mesh: Mending, one: np.ndarray) -> np.ndarray:
     number = int(np.sum(chords))
     if not number or number > MOST_CHORDS:
         return one
-    mesh.mesh, parents = halved(mesh.mesh, meeting.edges.ends[chords])
+    mesh.mesh, parents = bisected(mesh.mesh, chords[meeting.edges.of])
     mesh.origin = mesh.origin[parents]
     mesh.notes.append(
         f"{number} edges halved that join the same two points of a rim across both of its sheets"

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..facet_mesh import MeshError
-from ..findings import place
+from ..facet_mesh import MeshError, place
+from ..flat_triangles import facet_areas
 from .state import Mending
 
 # Needles beside needles are turned one after the other; files with more are no surfaces.
@@ -59,7 +59,7 @@ def _heights(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Height of each triangle over its longest edge."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     longest = np.max([np.linalg.norm(u, axis=1) for u in (b - a, c - b, a - c)], axis=0)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.maximum(longest, 1e-300)
+    return 2.0 * facet_areas(points, triangles) / np.maximum(longest, 1e-300)
 
 
 class _Sides:

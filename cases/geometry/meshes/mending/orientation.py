@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..facet_mesh import MeshError
-from .topology import FacetEdges, boundary_loops, joined
+from ..facet_mesh import MeshError, place
+from ..flat_triangles import facet_areas
+from .topology import FacetEdges, boundary_loops, two_sided
 
 # Volume of a sheet, over its area to the power 3/2, below which it is flat.
 FLAT = 1e-8
@@ -28,21 +29,18 @@ def turns(
     MeshError
         A one-sided sheet (Moebius, Klein), naming an edge.
     """
-    m = len(triangles)
     first, second = edges.pairs()
     way = edges.forward.ravel()
     against = way[first] == way[second]
-    f, g = first // 3, second // 3
-    a = np.concatenate([f, f + m])
-    b = np.concatenate([np.where(against, g + m, g), np.where(against, g, g + m)])
-    _, found = joined(2 * m, a, b)
-    single = np.flatnonzero(found[:m] == found[m:])
+    m = len(triangles)
+    kept, other = two_sided(m, first // 3, second // 3, against)
+    single = np.flatnonzero(kept == other)
     if len(single):
         raise MeshError(_one_sided(points, triangles, edges, parts == parts[single[0]]))
     # of the two nodes the one that is in the part of the sheet's first triangle as it stands
     start = np.full(parts.max() + 1, m)
     np.minimum.at(start, parts, np.arange(m))
-    turned = found[:m] != found[start[parts]]
+    turned = kept != kept[start[parts]]
     volume, area = _signed(points, triangles, turned, parts)
     many = np.bincount(parts, turned) > 0.5 * np.bincount(parts)
     flat = np.abs(volume) <= FLAT * area**1.5
@@ -63,7 +61,7 @@ def _signed(points, triangles, turned, parts):  # type: ignore[no-untyped-def]
     ) / np.bincount(parts, minlength=number).reshape(-1, 1)
     a, b, c = (points[triangles[:, k]] - origin[parts] for k in range(3))
     volume = np.bincount(parts, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6, number)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    area = facet_areas(points, triangles)
     owner = np.zeros(len(points), int)
     owner[triangles] = parts[:, None]
     for loop in boundary_loops(triangles):
@@ -96,8 +94,8 @@ def _one_sided(
         sign[t] = sign[b] ^ differ.get((t, b), differ.get((b, t), False))
     bad = np.flatnonzero(sign[f] ^ sign[g] ^ against)[0]
     ends = points[edges.ends[edges.of.ravel()[first[bad]]]]
-    start, stop = (", ".join(f"{x:.4g}" for x in end) for end in ends)
+    start, stop = (place(end) for end in ends)
     return (
         f"a sheet of {np.sum(own)} triangles has one side only (Moebius or Klein): its triangles "
-        f"cannot agree at the edge from ({start}) to ({stop}); cut or remodel it there"
+        f"cannot agree at the edge from {start} to {stop}; cut or remodel it there"
     )

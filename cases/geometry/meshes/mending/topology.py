@@ -1,4 +1,8 @@
-"""FacetEdges, fans, sheets and rims of triangles: what joins what, by vertex numbers alone."""
+"""Edges, fans, sheets and rims of triangles: what joins what, by vertex numbers alone.
+
+Of any triangles, however they meet, before and while they are mended; `edge_graph` of shells is
+of what they must have become: an oriented surface.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FacetEdges:
-    """FacetEdges of triangles (m, 3); side k of a triangle runs from its corner k to k + 1.
+    """Edges of triangles (m, 3); side k of a triangle runs from its corner k to k + 1.
 
     Attributes
     ----------
@@ -37,7 +41,7 @@ class FacetEdges:
 
 
 def edges_of(triangles: np.ndarray) -> FacetEdges:
-    """FacetEdges in the order of their vertices."""
+    """Edges in the order of their vertices."""
     starts, stops = triangles, np.roll(triangles, -1, axis=1)
     low, high = np.minimum(starts, stops).ravel(), np.maximum(starts, stops).ravel()
     span = int(triangles.max()) + 1 if triangles.size else 1
@@ -54,6 +58,34 @@ def joined(count: int, a: np.ndarray, b: np.ndarray) -> tuple[int, np.ndarray]:
     links = coo_array((np.ones(len(a), np.int8), (a, b)), (count, count))
     number, parts = connected_components(links, directed=False)
     return int(number), parts
+
+
+def two_sided(
+    count: int, a: np.ndarray, b: np.ndarray, opposed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles put on one of two sides each, so that linked ones agree or are opposed.
+
+    Each is two nodes of a graph, one for either side; a link joins equal or opposed ones. Both
+    nodes in one part: the links contradict each other.
+
+    Parameters
+    ----------
+    count : int
+        Number of triangles.
+    a, b : (k,) int array
+        Linked triangles.
+    opposed : (k,) bool array
+        Which links want opposite sides.
+
+    Returns
+    -------
+    (count,) int array, (count,) int array
+        Part of each triangle's first and of its second node.
+    """
+    first = np.concatenate([a, a + count])
+    second = np.concatenate([np.where(opposed, b + count, b), np.where(opposed, b, b + count)])
+    _, found = joined(2 * count, first, second)
+    return found[:count], found[count:]
 
 
 def sheets(triangles: np.ndarray, edges: FacetEdges | None = None) -> tuple[int, np.ndarray]:

@@ -104,7 +104,8 @@ def curved_mesh(
         flat = curve(facets.reference, facets.triangles)
     mesh = CurvedMesh(facets, control, degree, _moved(facets, control, degree), np.nan, flat)
     if mesh.closed:
-        mesh = replace(mesh, facet_volume=_facet_volume(facets))
+        flat_volume = enclosed_volume(facets.points[facets.triangles], 1)
+        mesh = replace(mesh, facet_volume=flat_volume)
     mesh = replace(mesh, facets=replace(facets, notes=(*facets.notes, _note(mesh))))
     for _ in range(split):
         mesh = divided(mesh)
@@ -139,14 +140,18 @@ def divided(mesh: CurvedMesh) -> CurvedMesh:
     facets = FacetMesh(
         points=_vertices(control, triangles, count, mesh.degree),
         triangles=triangles,
-        groups={
-            name: (4 * members[:, None] + np.arange(4)).ravel()
-            for name, members in mesh.facets.groups.items()
-        },
+        groups={name: split_members(members, 1) for name, members in mesh.facets.groups.items()},
         reference=None if flat is None else _vertices(flat, triangles, count, mesh.degree),
         notes=mesh.facets.notes,
     )
     return replace(mesh, facets=facets, control=control, flat=flat)
+
+
+def split_members(members: np.ndarray, split: int) -> np.ndarray:
+    """Triangles that come of some, each divided into four this often."""
+    for _ in range(split):
+        members = (4 * members[:, None] + np.arange(4)).ravel()
+    return members
 
 
 def _children(control: np.ndarray, degree: int) -> np.ndarray:
@@ -169,11 +174,6 @@ def _moved(facets: FacetMesh, control: np.ndarray, degree: int, cells: int = 4) 
     flat = np.stack([1.0 - xi - eta, xi, eta], axis=1) @ facets.points[facets.triangles]
     off = functions("triangle", degree, xi, eta) @ control - flat
     return float(np.sqrt(np.sum(off**2, axis=2).max()))
-
-
-def _facet_volume(facets: FacetMesh) -> float:
-    corners = (facets.points - facets.points.mean(axis=0))[facets.triangles]
-    return float(np.linalg.det(corners).sum() / 6.0)
 
 
 def _normals(control: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

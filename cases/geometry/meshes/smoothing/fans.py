@@ -17,6 +17,8 @@ from scipy.sparse.csgraph import connected_components
 
 from shells.surfaces.triangles.edge_graph import EdgeGraph
 
+from ..flat_triangles import unit
+
 SWEEPS = 2  # the first brings most: errors on raw ellipsoids halve
 SPREAD = 0.05  # of a plane's two directions, below which edges do not span it
 
@@ -35,12 +37,6 @@ class Fans:
 
     of_corner: np.ndarray
     open: np.ndarray
-
-
-def unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors ``(..., 3)`` of length 1; zeros stay."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def inverted(edges: np.ndarray) -> np.ndarray:

@@ -4,8 +4,7 @@ The control point next to vertex a of an edge d is ``2 d_a / (3 c (1 + c))`` awa
 in the tangent plane and c the cosine of half the angle between both normals (a third along the axis
 of their turn): a circular arc on spheres, a helix on cylinders. The inner one is ``E + k (E - V)``
 of the means E of edge points and V of vertices, ``k = 1/2 + 3 sqrt(3) / 16 det(normals)``: spheres
-up to fourth order.
-departs from PN triangles (Vlachos et al. 2001; projections of d / 3, and k = 1/2): their rms
+up to fourth order. PN triangles (Vlachos et al. 2001) project d / 3 and have k = 1/2: their rms
 distance from a sphere of 796 raw triangles is 3.5e-5, this one's 1.7e-7.
 """
 
@@ -18,8 +17,8 @@ import numpy as np
 from shells.surfaces.local_elements import functions, lattice
 from shells.surfaces.triangles.edge_graph import EdgeGraph, edge_graph
 
-from ..facet_mesh import MeshError
-from .fans import unit
+from ..facet_mesh import MeshError, place
+from ..flat_triangles import unit
 from .vertex_normals import VertexFrames, vertex_frames
 
 BULGE = 3.0**1.5 / 16.0  # of equilateral triangles on spheres
@@ -153,10 +152,10 @@ def _second_order(points: np.ndarray, middles: np.ndarray, graph: EdgeGraph) -> 
     apart = np.linalg.norm(middle[:, 1] - middle[:, 0], axis=1)
     wrong = apart > SHARED * np.linalg.norm(d[:, 0], axis=1)
     if wrong.any():
-        at = ", ".join(f"{x:.4g}" for x in middle[int(np.argmax(apart)), 0])
+        at = place(middle[int(np.argmax(apart)), 0])
         raise MeshError(
             f"{wrong.sum()} second-order edge(s) have other middles in their two triangles, first "
-            f"near ({at}): give both the same node, or save the mesh in first order"
+            f"near {at}: give both the same node, or save the mesh in first order"
         )
     ends = points[graph.vertices]
     control = 2.0 * middle.mean(axis=1) - ends.mean(axis=1)

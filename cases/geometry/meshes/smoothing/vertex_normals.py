@@ -13,7 +13,8 @@ import numpy as np
 
 from shells.surfaces.triangles.edge_graph import EdgeGraph
 
-from .fans import balanced, fan_normals, fans_between, inverted, steered, unit
+from ..flat_triangles import angles_between, facet_normals, unit
+from .fans import balanced, fan_normals, fans_between, inverted, steered
 
 SAME_ANGLE = 1e-8  # radians that rounding may add to an angle given by the user
 FLAT = 5e-4  # radians up to which facets are one plane, and edges one line
@@ -44,20 +45,10 @@ class VertexFrames:
     n_sharp: np.ndarray
 
 
-def facet_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals ``(m, 3)`` of triangles."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return unit(np.cross(b - a, c - a))
-
-
 def turns(points: np.ndarray, triangles: np.ndarray, graph: EdgeGraph) -> np.ndarray:
     """Angles ``(n_edges,)`` between the normals of both triangles; infinite with one triangle."""
     n1, n2 = facet_normals(points, triangles)[graph.triangles].transpose(1, 0, 2)
-    return np.where(graph.triangles[:, 1] < 0, np.inf, _angle(n1, n2))
-
-
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))
+    return np.where(graph.triangles[:, 1] < 0, np.inf, angles_between(n1, n2))
 
 
 def vertex_frames(
@@ -101,7 +92,7 @@ def _tangents(points: np.ndarray, ends: np.ndarray, count: np.ndarray, crease: f
     order = order[count[vertex[order]] == 2]
     v, pair = vertex[order[::2]], other[order].reshape(-1, 2)
     back, on = (points[v] - points[pair[:, 0]]), (points[pair[:, 1]] - points[v])
-    turn = _angle(back, on)
+    turn = angles_between(back, on)
     straight = np.zeros(len(points), dtype=bool)
     straight[v[turn <= FLAT]] = True
     one = straight[pair[:, 0]] != straight[pair[:, 1]]

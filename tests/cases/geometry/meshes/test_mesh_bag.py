@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.inlets.facing import first_hits
 from cases.geometry.meshes.inlets.inflow import RimCurve, inflow_profile
 from cases.geometry.meshes.mesh_bag import mesh_bag
+from cases.geometry.rays import first_hits
 from shells.surfaces.local_elements import lattice
 from shells.surfaces.splines import bernstein
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh, MeshError
-from cases.geometry.meshes.findings import holes, quality
+from cases.geometry.meshes.figures import holes, mesh_quality
 from cases.geometry.meshes.mending.topology import boundary_loops, edges_of
 from cases.geometry.meshes.repair import repaired
 
@@ -193,7 +193,7 @@ def test_holes_have_length_and_centre() -> None:
 
 def test_quality_names_the_sharpest() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1e-3, 0], [0.5, -1e-5, 0.0]], float)
-    found = quality(points, np.array([[0, 1, 2], [0, 1, 3]]))
+    found = mesh_quality(points, np.array([[0, 1, 2], [0, 1, 3]]))
     assert found.smallest_angle == pytest.approx(np.degrees(1e-3), rel=1e-3)
     assert found.shortest == pytest.approx(1e-3)
     assert found.slivers == 1
@@ -231,7 +231,7 @@ def test_triangles_without_height_are_turned() -> None:
     mended = repaired(FacetMesh(points, triangles, groups))
     assert "2 triangles without height turned, the first at (" in "; ".join(mended.notes)
     assert np.all(edges_of(mended.triangles).counts == 2)
-    assert quality(mended.points, mended.triangles).smallest_angle > 5
+    assert mesh_quality(mended.points, mended.triangles).smallest_angle > 5
     assert signed_volume(mended) == pytest.approx(signed_volume(given), rel=1e-14)
     assert len(mended.groups["fan"]) == 3
     rim = FacetMesh(BENT_SQUARE, np.array([[0, 4, 3], [4, 1, 2], [4, 2, 3], [0, 1, 4]]))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cases.geometry.meshes.facet_mesh import FacetMesh
+from cases.geometry.meshes.findings import findings
 from cases.geometry.meshes.opening import double_sheet, opened
-from cases.geometry.meshes.quality import findings
 from cases.geometry.meshes.smoothing.curved_mesh import curved_mesh
 
 

@@ -1,4 +1,4 @@
-"""What a patch faces: rays from it outward to the nearest triangle of a surface."""
+"""Rays and the nearest triangles that they hit: what an inlet faces."""
 
 from __future__ import annotations
 
