@@ -52,9 +52,10 @@ def out_of_range(path: str, value: Any, limits: Mapping[str, Any]) -> list[str]:
         return [] if value in choices else [f"{path}: {shown(value)} is none of {valid}{why}"]
     if not isinstance(value, int | float | tuple) or isinstance(value, bool):
         return []
-    if isinstance(value, tuple) and not all(isinstance(v, int | float) for v in value):
+    rows = value if isinstance(value, tuple) else (value,)
+    values = [v for row in rows for v in (row if isinstance(row, tuple) else (row,))]
+    if not all(isinstance(v, int | float) for v in values):
         return []
-    values = value if isinstance(value, tuple) else (value,)
     wrong = [
         f"{words} {limits[key]:g}"
         for key, (test, words) in _TESTS.items()

@@ -38,8 +38,12 @@ def value(path: str, raw: Any, kind: Any, errors: list[str]) -> Any:
 
 def _one_of(path: str, raw: Any, kinds: list[Any], errors: list[str]) -> Any:
     """A table where one is given, else the other type."""
-    table = next(k for k in kinds if is_dataclass(k))
+    table: Any = next(k for k in kinds if is_dataclass(k))
     plain = next(k for k in kinds if not is_dataclass(k))
+    if not isinstance(raw, dict) and plain in _TYPES and type(raw) is not plain:
+        keys = ", ".join(field_names(table))
+        errors.append(f"{path}: must be {_TYPES[plain]} or a table of {keys}, not {shown(raw)}")
+        return MISSING
     return value(path, raw, table if isinstance(raw, dict) else plain, errors)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import fields
-from typing import get_type_hints
+from dataclasses import fields, is_dataclass
+from typing import get_args, get_type_hints
 
 import pytest
 
@@ -27,7 +27,16 @@ def _file(tmp_path, data):
 def _tables():
     for kind in KINDS.values():
         for section in kind.sections.values():
-            yield from section.tables.values() if isinstance(section, Choice) else [section]
+            for table in section.tables.values() if isinstance(section, Choice) else [section]:
+                yield table
+                for hint in get_type_hints(table).values():
+                    yield from (kind for kind in _leaves(hint) if is_dataclass(kind))
+
+
+def _leaves(hint):
+    """Types that a hint is made of."""
+    inner = get_args(hint)
+    return [leaf for part in inner for leaf in _leaves(part)] if inner else [hint]
 
 
 def test_every_number_has_two_ends():
@@ -36,7 +45,7 @@ def test_every_number_has_two_ends():
         hints = get_type_hints(table)
         for f in fields(table):
             limits = f.metadata
-            number = hints[f.name] in (int, float) or "tuple" in str(hints[f.name])
+            number = {int, float} & {*_leaves(hints[f.name])}
             ends = {*limits} & {"least", "above"}, {*limits} & {"most", "below"}
             if number and "choices" not in limits and not all(ends):
                 open_ended.append(f"{table.__name__}.{f.name}")

@@ -232,7 +232,9 @@ def test_files_count_from_the_scene_and_read_back(tmp_path, monkeypatch):
     (home / "bag.stl").write_bytes(b"one")
     (elsewhere / "other.stl").write_bytes(b"two")
     monkeypatch.chdir(elsewhere)
-    folds = 'folds = [{ at = 0.3 }, { at = 0.6, side = "down", radius = 0.02 }]\n'
+    one, two = (f'{{ at = {x}, side = "{side}", radius = 0.02 }}'
+                for x, side in ((0.3, "up"), (0.6, "down")))  # fmt: skip
+    folds = f"folds = [{one}, {two}]\n"
     inlet = "inlet = { sphere = [0.0, 0.0, -1.0, 0.3] }\n"
     scene = loader.read(_file(home, MESH + folds + inlet))
     g = scene.geometry
@@ -261,12 +263,14 @@ def test_files_count_from_the_scene_and_read_back(tmp_path, monkeypatch):
     [
         ('file = "none.stl"', 'geometry.file: "none.stl" cannot be read'),
         ("file = 3", "geometry.file: must be the name of a file, not 3"),
-        ("inlet = 3", "geometry.inlet: must be a string, not 3"),
+        ("inlet = 3", "geometry.inlet: must be a string or a table of sphere, box, plane, hole"),
         ("inlet = { sphere = [1.0] }", "geometry.inlet.sphere: needs 4 numbers, not 1"),
         ("inlet = { box = [[1.0, 2.0, 3.0]] }", "geometry.inlet.box: needs 2 corners, not 1"),
         ("inlet = { ball = [1.0] }", "geometry.inlet.ball: unknown key"),
         ("inlet = {}", "geometry.inlet: a region is one of sphere, box, plane, hole, not none"),
         ("folds = [{ at = -1.0 }]", "geometry.folds[0].at: -1.0 must be above 0"),
+        ("folds = [{ at = 1.0 }]", "geometry.folds[0].side: is needed"),
+        ("inlet = { sphere = [1e12, 0.0, 0.0, 1.0] }", "geometry.inlet.sphere: [1000000000000.0, "),
         ("folds = [3]", "geometry.folds[0]: must be a table { at = ..., side"),
         ('unit = "mm"', "geometry.unit: 'mm' needs the length of [physical]"),
         ("along = [0.0, 0.0, 0.0]", "geometry.along: has no direction"),

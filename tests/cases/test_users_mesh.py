@@ -140,3 +140,46 @@ def test_shipped_meshes(name):
     assert plan.bag.notes
     assert plan.bag.inlet.n_elements >= 20
     assert plan.sizes.total > 0.0
+
+
+BAD_VALUES = {  # what replaces the line of a key, and what the answer must hold
+    "inlet = { sphere = [9.0, 0.0, 0.0, 1.0] }": ("bag.stl: geometry.inlet", "extends from"),
+    "inlet = { plane = [0.0, 0.0, 0.0, 1.0] }": ("bag.stl: geometry.inlet.plane", "zero"),
+    "inlet = { plane = [0.0, 0.0, 1.0, -9.0] }": ("bag.stl: geometry.inlet", "choose fewer"),
+    'inlet = "inlt"': ("bag.stl: geometry.inlet", "'inlt'", "sphere, box or plane"),
+    'inlet = "hole"': ("bag.stl: geometry.inlet", "closed"),
+    "inlet = 3": ("geometry.inlet", "a string or a table of sphere, box, plane, hole", "3"),
+    'rest = ["upper"]': ("bag.stl: geometry.rest", "'upper'", "leave the key out"),
+    "opening = 0.1": ("bag.stl: geometry.opening = 0.1", "drop the opening"),
+    "weld = 0.1": ("geometry.weld: 0.1", "below 0.1"),
+    'folds = [{ at = 0.5, side = "up" }]': ("geometry.folds[0].radius: is needed",),
+    'folds = [{ at = 0.5, side = "up", radius = 0.1 }]': ("bag.stl: geometry.folds", "flat"),
+    "[mesh]\nsplit = 5": ("bag.stl: mesh.most: 77824", "lower mesh.split"),
+    "[mesh]\nsplit = 6": ("mesh.split: 6", "at most 5"),
+    "[structure]\nquadrature = 4": ("structure.quadrature: 4", "leave the key out"),
+}
+
+
+@pytest.mark.parametrize("line", BAD_VALUES)
+def test_bad_values_are_named_with_key_or_file(line, tmp_path, capsys):
+    scene = scene_file(tmp_path)
+    head, _, last = line.rpartition("\n")
+    place, key = head or "[geometry]", last.partition(" =")[0]
+    kept = [old for old in scene.read_text().splitlines() if old.partition(" =")[0] != key]
+    scene.write_text("\n".join(kept).replace(place, f"{place}\n{last}"))
+    assert cli.main(["check", str(scene)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ")
+    assert len(said.splitlines()) == 1
+    assert said.count("bag.stl") <= 1
+    for words in BAD_VALUES[line]:
+        assert words in said
+
+
+def test_facets_in_a_flow_warn(tmp_path, capsys):
+    scene = scene_file(tmp_path)
+    command = ["check", str(scene), "--picture", str(tmp_path / "check.png")]
+    assert cli.main([*command, "--set", "geometry.smooth=false"]) == 0
+    assert "singular at their edges" in " ".join(capsys.readouterr().out.split())
+    assert cli.main(command) == 0
+    assert "singular at their edges" not in " ".join(capsys.readouterr().out.split())

@@ -13,7 +13,7 @@ from .figures import mesh_quality
 from .findings import refuse_coincident
 from .opening import opened
 from .placing import UNITS, scaled
-from .reading import read_facets
+from .reading import of_file, read_facets
 from .repair import repaired
 
 LARGE, SMALL = 100.0, 0.01  # sizes in units of L beyond which a unit is likely to be missing
@@ -53,18 +53,20 @@ def loaded(
     Raises
     ------
     MeshError
-        An unknown unit, a reference of other triangles, or what reading, repair and opening refuse.
+        An unknown unit, a reference of other triangles, or what reading, repair and opening refuse:
+        begins with the file's name, or with the key that is wrong, as scenes name it.
     """
     factor = _factor(unit, length)
     facets = scaled(read_facets(path), factor)
     if reference is not None:
         unfolded = scaled(read_facets(reference), factor)
         facets = _unfolding(facets, unfolded, Path(reference).name)
-    facets = repaired(facets, weld=weld, component=component)
-    facets = replace(facets, notes=(*facets.notes, _extents(facets, unit, length)))
-    if opening:
-        return opened(facets, opening)
-    refuse_coincident(facets)
+    with of_file(path):
+        facets = repaired(facets, weld=weld, component=component)
+        facets = replace(facets, notes=(*facets.notes, _extents(facets, unit, length)))
+        if opening:
+            return opened(facets, opening)
+        refuse_coincident(facets)
     return facets
 
 
@@ -72,9 +74,9 @@ def _factor(unit: str, length: float) -> float:
     if not unit:
         return 1.0
     if unit not in UNITS:
-        raise MeshError(f"unit = {unit!r}: expected one of {', '.join(UNITS)}")
+        raise MeshError(f"geometry.unit = {unit!r}: expected one of {', '.join(UNITS)}")
     if not (np.isfinite(length) and length > 0.0):
-        raise MeshError(f"length = {length!r}: expected a positive number of metres")
+        raise MeshError(f"physical.length = {length!r}: expected a positive number of metres")
     return UNITS[unit] / length
 
 

@@ -21,6 +21,7 @@ from .flat.sheets import FLAT, Sheets, told_apart, unfolded
 from .flat_triangles import area_vectors, plane_areas, sides_of, unit
 
 RIM = 2.0  # width of the opened rim, in h
+STRETCHED = 1.5  # beyond, the first steps pull harder than the flow
 BLOCK = 2_000_000  # pairs of a point and a seam edge at a time
 
 
@@ -55,12 +56,14 @@ def opened(
         sheet between its rims.
     """
     if not (np.isfinite(h) and h > 0.0):
-        raise MeshError(f"opening = {h:g}: half the distance given to two sheets is positive")
+        raise MeshError(
+            f"geometry.opening = {h:g}: half the distance given to two sheets is positive"
+        )
     facets = split_chords(_laid_together(facets, h))
     sheets = told_apart(facets)
     if not sheets.seam.size:
         raise MeshError(
-            "opening needs two sheets, and this flat mesh is one with an open rim: "
+            "geometry.opening needs two sheets, and this flat mesh is one with an open rim: "
             "double it (a mirrored copy sewn to its rim), or give both sheets in the file"
         )
     facets = _outward(facets, sheets)
@@ -69,8 +72,9 @@ def opened(
     far[np.unique(edges)] = 0.0
     if RIM * h > far.max():
         raise MeshError(
-            f"opening = {h:g}: its rims are {RIM * h:.3g} wide, and no point of the sheets is "
-            f"farther than {far.max():.3g} from the seam; use at most {far.max() / RIM:.3g}"
+            f"geometry.opening = {h:g}: its rims are {RIM * h:.3g} wide, and no point of the "
+            f"sheets is farther than {far.max():.3g} from the seam; use at most "
+            f"{far.max() / RIM:.3g}"
         )
     normals = [_normals(facets, side) for side in (sheets.upper, ~sheets.upper)]
     points = facets.points.copy()
@@ -88,7 +92,7 @@ def opened(
         if middles is not None:
             middles = middles + moves[sides_of(facets.triangles)].mean(axis=2)
     lifted = replace(facets, points=points, middles=middles, reference=flat)
-    return replace(lifted, notes=(*facets.notes, _note(facets, lifted, h)))
+    return replace(lifted, notes=(*facets.notes, *_notes(facets, lifted, h)))
 
 
 def _laid_together(facets: FacetMesh, h: float) -> FacetMesh:
@@ -99,7 +103,7 @@ def _laid_together(facets: FacetMesh, h: float) -> FacetMesh:
     if facets.reference is not None or facets.middles is not None or plane.thickness > 2.0 * h:
         what = "mesh" if facets.reference is None else "unfolded reference"
         raise MeshError(
-            f"opening = {h:g} is for sheets that lie on each other: the {what} is "
+            f"geometry.opening = {h:g} is for sheets that lie on each other: the {what} is "
             f"{plane.thickness:.3g} thick over {plane.size:.3g}; drop the opening, or give a flat "
             "reference"
         )
@@ -224,14 +228,20 @@ def stretches(flat: np.ndarray, now: np.ndarray, triangles: np.ndarray) -> np.nd
     return np.sqrt(np.sort(squares, axis=1))
 
 
-def _note(before: FacetMesh, after: FacetMesh, h: float) -> str:
+def _notes(before: FacetMesh, after: FacetMesh, h: float) -> list[str]:
     assert after.reference is not None
     found = stretches(after.reference, after.points, after.triangles)
     worst = int(np.abs(found - 1.0).max(axis=1).argmax())
     where = place(after.points[after.triangles[worst]].mean(axis=0))
     cut = "the flat cut" if before.reference is None else "the reference"
-    return (
+    notes = [
         f"sheets opened by {h:.3g} to either side: {cut} is stress-free, and the opening stretches "
         f"it by {found.min():.3g} to {found.max():.3g} (the most at {where}; median of the "
         f"largest {np.median(found[:, 1]):.4g})"
-    )
+    ]
+    if found.max() > STRETCHED:
+        notes.append(
+            f"warning: the opening stretches triangles at {where} to {found.max():.3g} of their "
+            "length: lower geometry.opening, or make them larger beside the seam"
+        )
+    return notes

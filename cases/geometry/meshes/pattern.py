@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..fold import PlanarCurve
 from ..folding import Folding, Map
-from .facet_mesh import MeshError
+from .facet_mesh import MeshError, place
 from .flat.plane import fitted_plane
 
 TURN = {"up": 1.0, "down": -1.0}
@@ -87,7 +87,7 @@ def pattern_folding(
     gap = thickness if gap is None else float(gap)
     ordered = sorted((_fold(f, k) for k, f in enumerate(folds)), key=lambda fold: fold.at)
     if not ordered:
-        raise MeshError("folds = []: a pattern is folded by one fold at least")
+        raise MeshError("geometry.folds = []: a pattern is folded by one fold at least")
     panels = _panels(ordered, length, gap)
     lengths, curvatures = [panels[0][1]], [0.0]
     for fold, (a, b) in zip(ordered, panels[1:], strict=True):
@@ -114,7 +114,7 @@ def _fold(given: Any, k: int) -> HalfTurn:
         unknown = sorted(set(given) ^ {"at", "side", "radius"})
         if unknown:
             raise MeshError(
-                f"folds[{k}] has or lacks {', '.join(unknown)}: a fold is "
+                f"geometry.folds[{k}] has or lacks {', '.join(unknown)}: a fold is "
                 '{ at = ..., side = "up" or "down", radius = ... }'
             )
         given = HalfTurn(**given)
@@ -123,12 +123,12 @@ def _fold(given: Any, k: int) -> HalfTurn:
     else:
         given = HalfTurn(given.at, given.side, given.radius)
     if given.side not in TURN:
-        raise MeshError(f'folds[{k}].side = {given.side!r}: "up" or "down"')
+        raise MeshError(f'geometry.folds[{k}].side = {given.side!r}: "up" or "down"')
     numbers = all(isinstance(x, int | float) and np.isfinite(x) for x in (given.at, given.radius))
     if not (numbers and given.radius > 0.0):
         raise MeshError(
-            f"folds[{k}]: at = {given.at!r} and radius = {given.radius!r} must be finite numbers, "
-            "the radius positive"
+            f"geometry.folds[{k}]: at = {given.at!r} and radius = {given.radius!r} must be finite "
+            "numbers, the radius positive"
         )
     return given
 
@@ -138,15 +138,15 @@ def _placement(along: np.ndarray, points: np.ndarray) -> tuple[Map, float, float
     plane = fitted_plane(points)
     if plane.thickness > THICK * plane.size:
         raise MeshError(
-            f"no flat pattern: {plane.thickness:.3g} thick over {plane.size:.3g}; folds are given "
-            "to a flat bag, at most a tenth of its size thick"
+            f"geometry.folds: no flat pattern, {plane.thickness:.3g} thick over {plane.size:.3g}; "
+            "folds are given to a flat bag, at most a tenth of its size thick"
         )
     norm = np.linalg.norm(along)
     normal = plane.axes[2]
     if along.shape != (3,) or not norm > 0.0 or abs(along @ normal) > ASLANT * norm:
         raise MeshError(
-            f"along = {along.tolist()}: a direction in the pattern's plane, which is normal to "
-            f"({', '.join(f'{x:.3g}' for x in normal)})"
+            f"geometry.along = {along.tolist()}: a direction in the pattern's plane, which is "
+            f"normal to {place(np.round(normal, 6) + 0.0)}"
         )
     first = along - (along @ normal) * normal
     first /= np.linalg.norm(first)
@@ -166,8 +166,8 @@ def _panels(folds: list[HalfTurn], length: float, gap: float) -> tuple[tuple[flo
     for fold in folds:
         if not 0.5 * gap < fold.radius:
             raise MeshError(
-                f"the fold at {fold.at:g} turns a sheet inside out: radius = {fold.radius:g} must "
-                f"exceed half of the thickness {gap:.3g}"
+                f"geometry.folds: the fold at {fold.at:g} turns a sheet inside out: radius = "
+                f"{fold.radius:g} must exceed half of the thickness {gap:.3g}"
             )
     marks = [0.0, *(end for fold in folds for end in fold.ends), length]
     panels = tuple(zip(marks[::2], marks[1::2], strict=True))
@@ -175,8 +175,9 @@ def _panels(folds: list[HalfTurn], length: float, gap: float) -> tuple[tuple[flo
     for (a, b), (left, right) in zip(panels, pairwise(names), strict=True):
         if not b - a > 0.0:
             raise MeshError(
-                f"no panel between {left} and {right}: a bend takes pi * radius of the pattern's "
-                f"{length:.3g}, and {a - b:.3g} is missing; move the folds apart or lower a radius"
+                f"geometry.folds: no panel between {left} and {right}: a bend takes pi * radius of "
+                f"the pattern's {length:.3g}, and {a - b:.3g} is missing; move the folds apart or "
+                "lower a radius"
             )
     return panels
 
@@ -200,9 +201,9 @@ def _refuse_collisions(curve: PlanarCurve, folds: list[HalfTurn], gap: float) ->
     between = [fold for fold in folds if a < fold.at < b]
     turns = ", ".join(f"{fold.at:g} ({fold.side}, radius {fold.radius:g})" for fold in between)
     raise MeshError(
-        f"layers at {a:.3g} and {b:.3g} along the pattern come within {distance[k]:.2g} of each "
-        f"other, and the bag is {gap:.3g} thick: folds at {turns}; alternate the sides, or tuck "
-        "an inner panel in by a smaller radius"
+        f"geometry.folds: layers at {a:.3g} and {b:.3g} along the pattern come within "
+        f"{distance[k]:.2g} of each other, and the bag is {gap:.3g} thick: folds at "
+        f"{turns}; alternate the sides, or tuck an inner panel in by a smaller radius"
     )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -82,6 +84,17 @@ def read_facets(path: str | os.PathLike[str]) -> FacetMesh:
     return replace(mesh, notes=(head, *mesh.notes))
 
 
+@contextmanager
+def of_file(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Let errors inside begin with the name of the file that they are about, once."""
+    name = Path(path).name
+    try:
+        yield
+    except MeshError as error:
+        told = str(error)
+        raise MeshError(told if told.startswith(f"{name}: ") else f"{name}: {told}") from error
+
+
 def _format(path: Path) -> tuple[str, str]:
     ending = path.suffix.lower()
     if ending not in FORMATS:
@@ -95,7 +108,9 @@ def _bytes(path: Path) -> bytes:
     if path.is_dir():
         raise MeshError(f"{path.name}: a folder; name the file in it")
     if not path.is_file():
-        raise MeshError(f"{path}: no such file; paths are relative to the scene")
+        raise MeshError(
+            f"{path.name}: no such file in {path.parent}; paths are relative to the scene"
+        )
     try:
         size = path.stat().st_size
         if size > MOST_BYTES:

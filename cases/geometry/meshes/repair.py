@@ -40,16 +40,14 @@ def repaired(facets: FacetMesh, *, weld: float = 1e-5, component: str = "all") -
     ------
     MeshError
         No triangles left, edges of three or more, one-sided sheets, sheets that cannot be told
-        apart.
-    ValueError
-        An impossible weld or component.
+        apart; an impossible weld or component.
     """
     if not 0 <= weld < 0.1:
-        raise ValueError(f"weld = {weld:g}: a share of the size, at least 0 and below 0.1")
+        raise MeshError(f"geometry.weld = {weld:g}: a share of the size, at least 0 and below 0.1")
     if component not in ("all", "largest"):
-        raise ValueError(f"component = {component!r}: 'all' or 'largest'")
+        raise MeshError(f"geometry.component = {component!r}: 'all' or 'largest'")
     if not len(facets.triangles):
-        raise MeshError("no triangles")
+        raise MeshError("no triangles; export a surface of triangles or quads")
     used = facets.points[np.unique(facets.triangles)]
     size = float(np.max(np.ptp(used, axis=0)))
     mesh = Mending(facets, size, weld * size)
@@ -156,4 +154,6 @@ def _keep(mesh: Mending, component: str) -> None:
         mesh.notes.append(f"largest of {number} components kept ({told})")
         mesh.take(parts == order[0])
     else:
-        mesh.notes.append(f"{number} components: {told}; component = 'largest' keeps the first")
+        mesh.notes.append(
+            f"{number} components: {told}; geometry.component = 'largest' keeps the first"
+        )

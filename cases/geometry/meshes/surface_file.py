@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from .inlets.cut import only, with_inlet
 from .loading import loaded, mesh_warnings
 from .mesh_bag import MeshBag, assembled, part, shaped
 from .pattern import pattern_folding
+from .reading import of_file
 from .smoothing.curved_mesh import CurvedMesh
 
 if TYPE_CHECKING:
@@ -44,12 +46,15 @@ class MeshSurface:
         Degree of the traction's functions.
     folding : Folding, optional
         How a pattern was folded.
+    file : str
+        Name of the file, with which errors begin.
     """
 
     mesh: CurvedMesh
     inlet: np.ndarray
     density: int
     folding: Folding | None = None
+    file: str = ""
 
     @cached_property
     def _part(self) -> tuple[TriangleSurface, np.ndarray]:
@@ -122,8 +127,9 @@ class MeshSurface:
         MeshError
             An open surface, or several.
         """
-        check_closed(self.mesh.facets)
-        return replace(assembled(self.mesh, self.inlet, self.density), folding=self.folding)
+        with of_file(self.file):
+            check_closed(self.mesh.facets)
+            return replace(assembled(self.mesh, self.inlet, self.density), folding=self.folding)
 
 
 def read_surface(
@@ -171,7 +177,8 @@ def read_surface(
     Raises
     ------
     MeshError
-        What cannot be used: what, where, and the remedy, in one line.
+        What cannot be used: file or key (as scenes name it), what, where, and the remedy, in one
+        line.
     """
     facets = loaded(
         path,
@@ -182,24 +189,25 @@ def read_surface(
         component=component,
         opening=opening,
     )
-    check_count(facets, split, most)
-    chosen = np.empty(0, dtype=int)
-    if inlet is not None:
-        facets, chosen = with_inlet(facets, inlet, rest)
-    elif rest is not None:
-        facets, chosen = only(facets, rest, chosen)
-    folding = pattern_folding(folds, along, facets.points) if len(folds) else None
-    mesh, chosen = shaped(
-        facets,
-        chosen,
-        degree=degree,
-        smooth=smooth,
-        crease=crease,
-        surface=surface,
-        split=split,
-        fold=folding,
-    )
-    return MeshSurface(mesh, chosen, density, folding)
+    with of_file(path):
+        check_count(facets, split, most)
+        chosen = np.empty(0, dtype=int)
+        if inlet is not None:
+            facets, chosen = with_inlet(facets, inlet, rest)
+        elif rest is not None:
+            facets, chosen = only(facets, rest, chosen)
+        folding = pattern_folding(folds, along, facets.points) if len(folds) else None
+        mesh, chosen = shaped(
+            facets,
+            chosen,
+            degree=degree,
+            smooth=smooth,
+            crease=crease,
+            surface=surface,
+            split=split,
+            fold=folding,
+        )
+    return MeshSurface(mesh, chosen, density, folding, Path(path).name)
 
 
 def check_count(facets: FacetMesh, split: int, most: int) -> None:

@@ -161,6 +161,11 @@ def _impossible_file(g: MeshGeometry, scene: InflationScene) -> list[tuple[bool,
             )
             for name in said[:1]
         ),
+        *(
+            (not said, f"geometry.folds[{k}].{key}: is needed, a fold has at, side and radius")
+            for k, fold in enumerate(g.folds)
+            for key, said in vars(fold).items()
+        ),
         (not any(g.along), "geometry.along: has no direction; give one in the pattern's plane"),
         (
             bool(g.folds) and bool(g.reference),
@@ -170,6 +175,11 @@ def _impossible_file(g: MeshGeometry, scene: InflationScene) -> list[tuple[bool,
         (
             scene.structure.membrane == "reduced",
             "structure.membrane: 'reduced' is a rule of splines; triangles take 'gauss'",
+        ),
+        (
+            scene.structure.quadrature != 0,
+            f"structure.quadrature: {scene.structure.quadrature} points a direction are a rule of "
+            "splines; triangles have their own, leave the key out",
         ),
     ]
 

@@ -29,7 +29,7 @@ from .plan import COARSER, InflationPlan
 NEAR_PAIRS_PER_POINT = 24
 FINER = {
     "pillow": "raise mesh.around",
-    "mesh": "raise mesh.split (each halves all edges), or refine the file at its folds, ",
+    "mesh": "raise mesh.split (each halves all edges), or refine the file at its folds",
 }
 REFERENCES = {
     "folded": "metric of the folded state, curvature of the flat bag: starts unstretched",

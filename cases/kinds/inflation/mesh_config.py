@@ -9,6 +9,7 @@ from ...input_file import InputFile
 from ...limits import rule
 
 NO_FILE = InputFile()
+PLACE = {"least": -1e9, "most": 1e9}
 
 
 @dataclass(frozen=True)
@@ -20,19 +21,22 @@ class Region:
     the open edge that is to be closed.
     """
 
-    sphere: tuple[float, ...] = ()
-    box: tuple[tuple[float, float, float], ...] = ()
-    plane: tuple[float, ...] = ()
-    hole: tuple[float, ...] = ()
+    sphere: tuple[float, ...] = rule((), **PLACE)
+    box: tuple[tuple[float, float, float], ...] = rule((), **PLACE)
+    plane: tuple[float, ...] = rule((), **PLACE)
+    hole: tuple[float, ...] = rule((), **PLACE)
 
 
 @dataclass(frozen=True)
 class Fold:
-    """A half turn of a flat pattern, ``at`` a distance along it, towards one side."""
+    """A half turn of a flat pattern, ``at`` a distance along it, towards one side.
 
-    at: float = rule(0.5, above=0.0, most=1e4)
-    side: str = rule("up", choices=("up", "down"))
-    radius: float = rule(0.05, above=0.0, most=1e4)
+    All three are needed: the defaults are none.
+    """
+
+    at: float = rule(0.0, above=0.0, most=1e4)
+    side: str = rule("", choices=("up", "down"))
+    radius: float = rule(0.0, above=0.0, most=1e4)
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class MeshGeometry:
     file: InputFile = rule(NO_FILE)
     unit: str = rule("", choices=("", *UNITS))
     component: str = rule("all", choices=("all", "largest"))
-    weld: float = rule(1e-5, least=1e-12, most=0.1)
+    weld: float = rule(1e-5, least=1e-12, below=0.1)
     inlet: str | Region = rule("inlet")
     rest: tuple[str, ...] = rule(())
     smooth: bool = rule(True)
@@ -60,7 +64,7 @@ class MeshGeometry:
     reference: InputFile = rule(NO_FILE)
     opening: float = rule(0.0, least=0.0, most=1e3)
     folds: tuple[Fold, ...] = rule(())
-    along: tuple[float, float, float] = rule((1.0, 0.0, 0.0))
+    along: tuple[float, float, float] = rule((1.0, 0.0, 0.0), **PLACE)
 
 
 @dataclass(frozen=True)
@@ -72,5 +76,5 @@ class TriangleMesh:
 
     degree: int = rule(3, choices=(2, 3))
     density: int = rule(1, choices=(1, 2))
-    split: int = rule(0, least=0, most=6)
+    split: int = rule(0, least=0, most=5)
     most: int = rule(20000, least=4, most=10**7)

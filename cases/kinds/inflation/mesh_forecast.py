@@ -10,9 +10,13 @@ import numpy as np
 from ...geometry.meshes.findings import findings
 from ...geometry.meshes.mesh_bag import MeshBag
 from ...output.forecast import Item
+from .mesh_config import MeshGeometry
 from .plan import InflationPlan
 
 Findings = tuple[list[Item], list[str]]
+WARNING = "warning: "  # how notes of repairs begin that should be acted upon
+CREASE = 5.0  # degrees; below, creases keep almost all edges of a curved surface sharp
+FACETS = 1e-9  # distance from the facets, of the extent
 THIN = 0.02  # distance of facing sheets over the extent below which films are hard to resolve
 
 
@@ -28,8 +32,10 @@ def users_mesh(plan: InflationPlan) -> Findings:
         Item("nearest facing sheets", bag.narrowest, "", f"sampled; 2 V / A = {bag.gap:.3g}"),
         Item("largest kink", _largest_kink(bag), "deg", "between triangles; free of stress"),
     ]
+    mended = [note.removeprefix(WARNING) for note in bag.notes if note.startswith(WARNING)]
     found = [one.text for one in findings(bag.mesh) if one.warns]
-    return items, list(dict.fromkeys([*bag.warnings, *found, *_film(plan, bag)]))
+    more = [*_film(plan, bag), *_facets(plan, bag)]
+    return items, list(dict.fromkeys([*mended, *bag.warnings, *found, *more]))
 
 
 def told(plan: InflationPlan) -> tuple[str, ...]:
@@ -37,7 +43,8 @@ def told(plan: InflationPlan) -> tuple[str, ...]:
     bag = plan.bag
     if not isinstance(bag, MeshBag):
         return bag.notes
-    return (*bag.notes, *(one.text for one in findings(bag.mesh) if not one.warns))
+    notes = (note for note in bag.notes if not note.startswith(WARNING))
+    return (*notes, *(one.text for one in findings(bag.mesh) if not one.warns))
 
 
 def _largest_kink(bag: MeshBag) -> float:
@@ -46,6 +53,19 @@ def _largest_kink(bag: MeshBag) -> float:
 
     angles = kink_angles(bag.membrane, bag.coefficients[: bag.n_membrane])
     return float(np.degrees(np.abs(angles).max()))
+
+
+def _facets(plan: InflationPlan, bag: MeshBag) -> list[str]:
+    """Flat triangles in a flow, where smooth ones were to be had."""
+    g = plan.scene.geometry
+    kept = isinstance(g, MeshGeometry) and not (g.smooth and g.crease >= CREASE)
+    if not (plan.has_flow and kept and bag.mesh.moved < FACETS * bag.extent):
+        return []
+    return [
+        "the surface is flat facets: the traction is singular at their edges, and the drag of a "
+        "sphere of 200 is 2 % off; set geometry.smooth and geometry.crease = 30, or run with "
+        "fluid.model = 'pressure'"
+    ]
 
 
 def _film(plan: InflationPlan, bag: MeshBag) -> list[str]:

@@ -121,7 +121,7 @@ def test_folds_that_are_refused(folds, along, words):
 
 
 def test_a_thick_body_is_no_pattern():
-    with pytest.raises(MeshError, match=r"no flat pattern: 0\.2 thick over 1"):
+    with pytest.raises(MeshError, match=r"geometry.folds: no flat pattern, 0\.2 thick over 1"):
         pattern_folding([(0.3, "up", 0.02)], X, pattern(10)[0] * [1, 1, 20])
 
 

@@ -51,7 +51,9 @@ def fitted_plane(points: np.ndarray) -> PatternPlane:
     origin = points.mean(axis=0)
     _, extents, axes = np.linalg.svd(points - origin, full_matrices=False)
     if not extents[1] > 1e-9 * extents[0]:
-        raise MeshError("a pattern needs a plane: all its points lie on one line")
+        raise MeshError(
+            "all points lie on one line, a pattern needs a plane; export the whole pattern"
+        )
     axes = _signed(axes)
     x = (points - origin) @ axes.T
     size = float(np.ptp(x[:, :2], axis=0).max())

@@ -67,17 +67,17 @@ def capped(facets: FacetMesh, inlet: Any) -> tuple[FacetMesh, np.ndarray]:
 def _chosen(points: np.ndarray, loops: list[Hole], inlet: Any) -> Hole:
     if not loops:
         raise MeshError(
-            'inlet = "hole": the mesh is closed; choose the inlet\'s triangles by a group, '
-            "sphere, box or plane"
+            'geometry.inlet = "hole": the mesh is closed; choose the inlet\'s triangles by a '
+            "group, sphere, box or plane"
         )
     if isinstance(inlet, str):
         if len(loops) > 1:
             raise MeshError(
-                f'inlet = "hole": the mesh has {len(loops)} holes ({told(loops)}); name '
+                f'geometry.inlet = "hole": the mesh has {len(loops)} holes ({told(loops)}); name '
                 "one by a point near it, { hole = [x, y, z] }, and close the others in the file"
             )
         return loops[0]
-    at = numbers_of(inlet[HOLE], (3,), f"inlet.{HOLE}")
+    at = numbers_of(inlet[HOLE], (3,), f"geometry.inlet.{HOLE}")
     return min(loops, key=lambda hole: np.linalg.norm(points[hole.loop] - at, axis=1).min())
 
 

@@ -9,8 +9,11 @@ from ..mending.topology import sheets
 from .loops import rims, told
 
 
-def check_closed(facets: FacetMesh, *, capped: bool = False) -> None:
+def check_closed(facets: FacetMesh, *, capped: bool = False, left_out: bool = False) -> None:
     """One closed surface, that a bag is to be made of.
+
+    ``capped`` says that one hole was closed already, ``left_out`` that groups were left out: the
+    remedies differ.
 
     Raises
     ------
@@ -20,19 +23,20 @@ def check_closed(facets: FacetMesh, *, capped: bool = False) -> None:
     loops = rims(facets.points, facets.triangles)
     if loops:
         other = "other " if capped else ""
-        remedy = "close them in the file" if capped else 'take one as inlet = "hole"'
+        remedy = "close them in the file" if capped else 'take one as geometry.inlet = "hole"'
+        remedy += ", or add the groups that lie there to geometry.rest" if left_out else ""
         one = "another hole" if capped else "a hole"
         what = one if len(loops) == 1 else f"{len(loops)} {other}holes"
         raise MeshError(
-            f"the mesh has {what} ({told(loops)}): {remedy}; only a structure "
-            "without flow may be open"
+            f"the mesh has {what} ({told(loops)}): {remedy}; only a structure without flow may be "
+            "open"
         )
     parts = pieces(facets.triangles)
     if len(parts) > 1:
         sizes = ", ".join(_described(facets, part) for part in parts[:4])
         raise MeshError(
             f"a bag is one closed surface, the mesh has {len(parts)} ({sizes}): name the groups "
-            'to use in geometry.rest, or keep the largest, component = "largest"'
+            'to use in geometry.rest, or keep the largest, geometry.component = "largest"'
         )
 
 
@@ -46,23 +50,30 @@ def check_patch(facets: FacetMesh, chosen: np.ndarray) -> None:
     """
     rest = np.setdiff1d(np.arange(len(facets.triangles)), chosen)
     if not rest.size:
-        raise MeshError("inlet: all triangles of the mesh are chosen, no membrane is left")
+        raise MeshError(
+            "geometry.inlet: all triangles of the mesh are chosen and no membrane is left; choose "
+            "fewer"
+        )
     parts = pieces(facets.triangles[chosen])
     if len(parts) > 1:
         found = ", ".join(_described(facets, chosen[part]) for part in parts[:4])
         raise MeshError(
-            f"inlet: the chosen triangles are {len(parts)} separate patches ({found}): choose one"
+            f"geometry.inlet: the chosen triangles are {len(parts)} separate patches ({found}): "
+            "choose one"
         )
     loops = rims(facets.points, facets.triangles[chosen])
     if len(loops) != 1:
         raise MeshError(
-            f"inlet: the patch has {len(loops)} rims ({told(loops)}), must have "
-            "one: it surrounds other triangles; add them to it or choose a smaller one"
+            f"geometry.inlet: the patch has {len(loops)} rims ({told(loops)}), must have one: it "
+            "surrounds other triangles; add them to it or choose a smaller one"
         )
     left = pieces(facets.triangles[rest])
     if len(left) > 1:
         found = ", ".join(_described(facets, rest[part]) for part in left[:4])
-        raise MeshError(f"inlet: the patch cuts the membrane into {len(left)} parts ({found})")
+        raise MeshError(
+            f"geometry.inlet: the patch cuts the membrane into {len(left)} parts ({found}): choose "
+            "a patch inside one of them"
+        )
 
 
 def check_across(facets: FacetMesh, chosen: np.ndarray) -> None:
@@ -77,7 +88,7 @@ def check_across(facets: FacetMesh, chosen: np.ndarray) -> None:
     on_rim = rims(facets.points, patch)[0].loop
     if on_rim.size == np.unique(patch).size:
         raise MeshError(
-            f"inlet: the patch of {chosen.size} triangle(s) at "
+            f"geometry.inlet: the patch of {chosen.size} triangle(s) at "
             f"{place(facets.points[on_rim].mean(axis=0))} is one element across, all its vertices "
             "are on the rim: raise mesh.split, or choose more triangles"
         )

@@ -43,7 +43,7 @@ def with_inlet(
         facets, chosen = only(facets, rest, chosen)
     if hole:
         facets, chosen = capped(facets, inlet)
-    check_closed(facets, capped=hole)
+    check_closed(facets, capped=hole, left_out=rest is not None)
     if chosen.size:
         check_patch(facets, chosen)
     return facets, chosen
@@ -70,7 +70,7 @@ def only(
 ) -> tuple[FacetMesh, np.ndarray]:
     """Groups of the membrane and the inlet's triangles alone; what is left out is noted."""
     names = [rest] if isinstance(rest, str) else rest
-    found = [group_triangles(facets, name, "rest") for name in names]
+    found = [group_triangles(facets, name, "geometry.rest", "leave the key out") for name in names]
     kept = np.unique(np.concatenate([chosen, *(members for members, _ in found)])).astype(int)
     notes = tuple(note for _, more in found for note in more)
     gone = np.setdiff1d(np.arange(len(facets.triangles)), kept)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..facet_mesh import FacetMesh, MeshError
+from ..facet_mesh import FacetMesh, MeshError, place
 
 HOLE = "hole"
+WITHOUT = "choose the triangles by a sphere, box or plane"  # in a mesh without groups
 LISTED = 12  # group names in a message
 FORMS = (
     'a group\'s name, "hole", { sphere = [x, y, z, r] }, { box = [[x, y, z], [x, y, z]] }, '
@@ -39,22 +40,30 @@ def inlet_triangles(facets: FacetMesh, inlet: Any) -> tuple[np.ndarray, tuple[st
         An unknown name or form, numbers that make no sense, or no triangle there.
     """
     if isinstance(inlet, str):
-        members, notes = group_triangles(facets, inlet, "inlet")
+        members, notes = group_triangles(facets, inlet, "geometry.inlet", WITHOUT)
         if not members.size:
-            raise MeshError(f"inlet: group {inlet!r} has no triangles")
+            raise MeshError(
+                f"geometry.inlet: group {inlet!r} has no triangles; name another, or a region"
+            )
         return members, notes
     kind, numbers = _form(inlet)
     chosen = np.flatnonzero(SHAPES[kind](_centroids(facets), numbers))
     if not chosen.size:
         raise MeshError(
-            f"inlet: no triangle's centroid lies in the {kind} {_text(numbers)}; the mesh extends "
-            f"from {_text(facets.points.min(axis=0))} to {_text(facets.points.max(axis=0))}"
+            f"geometry.inlet: no triangle's centroid lies in the {kind} "
+            f"{place(np.ravel(numbers))}; the mesh extends from {place(facets.points.min(axis=0))} "
+            f"to {place(facets.points.max(axis=0))}: move the {kind}, enlarge it, or mend "
+            "geometry.unit"
         )
     return chosen, ()
 
 
-def group_triangles(facets: FacetMesh, name: str, key: str) -> tuple[np.ndarray, tuple[str, ...]]:
+def group_triangles(
+    facets: FacetMesh, name: str, key: str, without: str
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """Triangles of a group, by its name or one that differs in case only.
+
+    Errors name the ``key``, and what to do in a mesh ``without`` groups.
 
     Raises
     ------
@@ -69,12 +78,12 @@ def group_triangles(facets: FacetMesh, name: str, key: str) -> tuple[np.ndarray,
         return found, (f"{key}: the mesh has no group {name!r}, took {alike[0]!r}",)
     if alike:
         raise MeshError(f"{key}: {name!r} may mean {' or '.join(map(repr, alike))}; give one as is")
+    if not facets.groups:
+        raise MeshError(f"{key}: the mesh has no group {name!r}, nor any other; {without}")
     raise MeshError(f"{key}: the mesh has no group {name!r}{_nearest(facets.groups, name)}")
 
 
 def _nearest(groups: Mapping[str, np.ndarray], name: str) -> str:
-    if not groups:
-        return ", nor any other group; choose the triangles by a sphere, box or plane"
     close = difflib.get_close_matches(name, groups, n=1)
     hint = f" (did you mean {close[0]!r}?)" if close else ""
     more = f" and {len(groups) - LISTED} more" if len(groups) > LISTED else ""
@@ -108,13 +117,15 @@ def numbers_of(value: Any, shape: tuple[int, ...], key: str) -> np.ndarray:
 
 def _form(inlet: Any) -> tuple[str, np.ndarray]:
     if not isinstance(inlet, Mapping) or len(inlet) != 1 or next(iter(inlet)) not in NUMBERS:
-        raise MeshError(f"inlet: expected {FORMS}, got {inlet!r}")
+        raise MeshError(f"geometry.inlet: expected {FORMS}, got {inlet!r}")
     ((kind, value),) = inlet.items()
-    numbers = numbers_of(value, NUMBERS[kind], f"inlet.{kind}")
+    numbers = numbers_of(value, NUMBERS[kind], f"geometry.inlet.{kind}")
     if kind == "sphere" and not numbers[3] > 0.0:
-        raise MeshError(f"inlet.sphere: the radius must be positive, got {numbers[3]:g}")
+        raise MeshError(f"geometry.inlet.sphere: the radius must be positive, not {numbers[3]:g}")
     if kind == "plane" and not numbers[:3].any():
-        raise MeshError("inlet.plane: the normal must not be zero")
+        raise MeshError(
+            "geometry.inlet.plane: the normal must not be zero; [nx, ny, nz, d] takes n . x >= d"
+        )
     return kind, numbers
 
 
@@ -137,7 +148,3 @@ def _beyond_plane(x: np.ndarray, plane: np.ndarray) -> np.ndarray:
 Test = Callable[[np.ndarray, np.ndarray], np.ndarray]
 SHAPES: dict[str, Test] = {"sphere": _in_sphere, "box": _in_box, "plane": _beyond_plane}
 NUMBERS = {"sphere": (4,), "box": (2, 3), "plane": (4,)}
-
-
-def _text(numbers: Sequence[float] | np.ndarray) -> str:
-    return f"({', '.join(f'{x:.4g}' for x in np.ravel(numbers))})"

@@ -54,7 +54,7 @@ def weld(mesh: Mending) -> None:
     if shortest < 10 * mesh.distance:
         mesh.notes.append(
             f"warning: the shortest edge, {shortest:.3g}, is less than ten weld distances of "
-            f"{mesh.distance:.3g}; points may have been welded that are not one: lower weld"
+            f"{mesh.distance:.3g}; points may be welded that are not one: lower geometry.weld"
         )
 
 

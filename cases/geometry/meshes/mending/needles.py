@@ -16,6 +16,7 @@ from .state import Mending
 
 # Needles beside needles are turned one after the other; files with more are no surfaces.
 MOST_NEEDLES = 2000
+REMEDY = "remesh there, or lower geometry.weld"
 
 
 def turn_needles(mesh: Mending) -> None:
@@ -33,7 +34,7 @@ def turn_needles(mesh: Mending) -> None:
     first = place(points[mesh.mesh.triangles[needles[0]]].mean(axis=0))
     if len(needles) > MOST_NEEDLES or mesh.mesh.middles is not None:
         raise MeshError(
-            f"{len(needles)} triangles lower than {height:.3g}, the first at {first}; remesh there"
+            f"{len(needles)} triangles lower than {height:.3g}, the first at {first}; {REMEDY}"
         )
     table = _Sides(mesh.mesh.triangles)
     left = needles.tolist()
@@ -42,7 +43,7 @@ def turn_needles(mesh: Mending) -> None:
         if len(waiting) == len(left):
             stuck = place(points[table.triangles[left[0]]].mean(axis=0))
             raise MeshError(
-                f"{len(left)} triangles without height, the first at {stuck}; remesh there"
+                f"{len(left)} triangles lower than {height:.3g}, the first at {stuck}; {REMEDY}"
             )
         left = waiting
     if len(table.gone) == len(table.triangles):

@@ -56,7 +56,8 @@ def _near(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
     tree = cKDTree(points[single])
     if tree.count_neighbors(tree, distance) > MOST_PAIRS * len(single):
         raise MeshError(
-            f"a weld distance of {distance:.3g} joins dozens of points into one; use a smaller weld"
+            f"a weld distance of {distance:.3g} joins dozens of points into one; use a smaller "
+            "weld (geometry.weld)"
         )
     pairs = tree.query_pairs(distance, output_type="ndarray")
     return (

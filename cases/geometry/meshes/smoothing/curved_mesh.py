@@ -96,7 +96,7 @@ def curved_mesh(
         See `control_points`; a split that is no whole number from 0 to 5.
     """
     if isinstance(split, bool) or not isinstance(split, int | np.integer) or not 0 <= split <= MOST:
-        raise MeshError(f"split = {split!r}: expected a whole number from 0 to {MOST}")
+        raise MeshError(f"mesh.split = {split!r}: expected a whole number from 0 to {MOST}")
     curve = partial(control_points, degree=degree, smooth=smooth, crease=crease)
     control = curve(facets.points, facets.triangles, middles=facets.middles, surface=surface)
     flat = None

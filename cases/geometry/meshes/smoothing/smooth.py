@@ -70,7 +70,7 @@ def control_points(
         neighbours whose second-order edges differ.
     """
     if degree not in (2, 3):
-        raise MeshError(f"triangles of a mesh have degree 2 or 3, not {degree!r}")
+        raise MeshError(f"mesh.degree = {degree!r}: triangles of a mesh have degree 2 or 3")
     try:
         graph = edge_graph(triangles)
     except ValueError as wrong:
@@ -91,7 +91,7 @@ def control_points(
 
 def _radians(crease: float) -> float:
     if not 0.0 <= crease <= 180.0:
-        raise MeshError(f"crease = {crease:g}: expected degrees between 0 and 180")
+        raise MeshError(f"geometry.crease = {crease:g}: expected degrees between 0 and 180")
     return float(np.radians(crease))
 
 
