@@ -95,7 +95,7 @@ def _version_2(sections: dict[str, Cursor], text: bool) -> CellMesh:
         rows = nodes.numbers("u1", 28 * count, text=False, what="nodes")
         records = rows.view(np.dtype([("id", "<i4"), ("x", "<f8", 3)]))
         ids, points = records["id"].astype(np.int64), records["x"]
-    rows_of: dict[int, list] = defaultdict(list)  # type: number, physical, nodes
+    rows_of: dict[int, list] = defaultdict(list)  # of a kind: number, physical, nodes
     total = _count(elements)
     read_rows = _text_elements if text else _binary_elements
     for kind, numbers, physical, cells in read_rows(elements, total):
