@@ -176,6 +176,20 @@ def test_bad_values_are_named_with_key_or_file(line, tmp_path, capsys):
         assert words in said
 
 
+def test_a_reference_of_another_unit_warns(tmp_path, capsys):
+    scene = scene_file(tmp_path)
+    points, triangles = raw_sphere(40)
+    (tmp_path / "flat.stl").write_bytes(soup(200.0 * points * [1.0, 1.0, 0.5], triangles))
+    command = ["check", str(scene), "--picture", str(tmp_path / "check.png"), "--set"]
+    assert cli.main([*command, f"geometry.reference={tmp_path / 'flat.stl'}"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "stretched by 0.5 to 0.5 against its unfolded reference" in said
+    assert cli.main([*command, f"geometry.reference={tmp_path / 'bag.stl'}"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "98% in 1 .. 1; the stress-free bag" in said
+    assert "against its unfolded" not in said
+
+
 def test_facets_in_a_flow_warn(tmp_path, capsys):
     scene = scene_file(tmp_path)
     command = ["check", str(scene), "--picture", str(tmp_path / "check.png")]

@@ -13,7 +13,8 @@ class MeshError(ValueError):
 
 
 def place(point: np.ndarray) -> str:
-    """A point in words."""
+    """A point in words, rounding errors as zeros."""
+    point = np.where(np.abs(point) > 1e-12 * np.abs(point).max(initial=0.0), point, 0.0)
     return f"({', '.join(f'{x:.4g}' for x in point)})"
 
 

@@ -43,7 +43,7 @@ def faceted(mesh: CellMesh) -> FacetMesh:
             solids = ", ".join(f"{counts[kind]} {kind}" for kind in _FACES if counts[kind])
             notes.append(f"boundary taken of the solids ({solids})")
     if not flat:
-        held = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no cells at all"
+        held = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "points only"
         raise MeshError(f"no triangles in it but {held}; export a surface of triangles or quads")
     left = [f"{n} {kind}" for kind, n in counts.items() if kind not in taken]
     notes += [f"cells left out: {', '.join(left)}"] if left else []

@@ -25,9 +25,7 @@ STRETCHED = 1.5  # beyond, the first steps pull harder than the flow
 BLOCK = 2_000_000  # pairs of a point and a seam edge at a time
 
 
-def opened(
-    facets: FacetMesh, h: float, seam: np.ndarray | None = None, *, drawn: bool = True
-) -> FacetMesh:
+def opened(facets: FacetMesh, h: float, *, drawn: bool = True) -> FacetMesh:
     """Lift each sheet of a flat bag by ``h`` off the other.
 
     Parameters
@@ -37,8 +35,6 @@ def opened(
         may be folded, with layers apart. Sheets less than 2 h apart are laid together first.
     h : float
         Half the distance that the sheets are given, in the mesh's unit.
-    seam : (k, 2) int array, optional
-        Edges to keep together; default all at which the sheets meet.
     drawn : bool
         Whether flat sheets give way in their plane, the seam too, as sheets without stretch do;
         without it, or folded, points only move off the plane.
@@ -67,9 +63,8 @@ def opened(
             "double it (a mirrored copy sewn to its rim), or give both sheets in the file"
         )
     facets = _outward(facets, sheets)
-    edges = sheets.seam if seam is None else np.asarray(seam)
-    far = seam_distance(sheets.plan, sheets.plan[edges])
-    far[np.unique(edges)] = 0.0
+    far = seam_distance(sheets.plan, sheets.plan[sheets.seam])
+    far[np.unique(sheets.seam)] = 0.0
     if RIM * h > far.max():
         raise MeshError(
             f"geometry.opening = {h:g}: its rims are {RIM * h:.3g} wide, and no point of the "
@@ -83,7 +78,7 @@ def opened(
         points[own] += _height(far[own], h)[:, None] * normal[own]
     middles = facets.middles
     if middles is not None:
-        middles = middles + _middle_offsets(facets, sheets, normals, edges, h)
+        middles = middles + _middle_offsets(facets, sheets, normals, h)
     flat = unfolded(facets)
     plane = fitted_plane(facets.points)
     if drawn and plane.thickness <= FLAT * plane.size:
@@ -197,7 +192,6 @@ def _middle_offsets(
     facets: FacetMesh,
     sheets: Sheets,
     normals: list[np.ndarray],
-    edges: np.ndarray,
     h: float,
 ) -> np.ndarray:
     """Lift ``(m, 3, 3)`` of the middles: those of straight flat edges, of folded ones alike."""
@@ -206,9 +200,9 @@ def _middle_offsets(
     at = sheets.plan[ends].mean(axis=2)
     if facets.reference is None:
         at = sheets.plane.coordinates(facets.middles.reshape(-1, 3))[:, :2].reshape(at.shape)
-    far = seam_distance(at.reshape(-1, 2), sheets.plan[edges]).reshape(ends.shape[:2])
-    kept = {(int(a), int(b)) for a, b in np.sort(edges, axis=1)}
-    for i, k in np.argwhere(np.isin(ends, edges).all(axis=2)):
+    far = seam_distance(at.reshape(-1, 2), sheets.plan[sheets.seam]).reshape(ends.shape[:2])
+    kept = {(int(a), int(b)) for a, b in np.sort(sheets.seam, axis=1)}
+    for i, k in np.argwhere(np.isin(ends, sheets.seam).all(axis=2)):
         if tuple(sorted(ends[i, k].tolist())) in kept:
             far[i, k] = 0.0  # curved middles of the seam itself
     normal = np.where(

@@ -146,7 +146,7 @@ def _placement(along: np.ndarray, points: np.ndarray) -> tuple[Map, float, float
     if along.shape != (3,) or not norm > 0.0 or abs(along @ normal) > ASLANT * norm:
         raise MeshError(
             f"geometry.along = {along.tolist()}: a direction in the pattern's plane, which is "
-            f"normal to {place(np.round(normal, 6) + 0.0)}"
+            f"normal to {place(normal)}"
         )
     first = along - (along @ normal) * normal
     first /= np.linalg.norm(first)

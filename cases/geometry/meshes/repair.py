@@ -74,9 +74,9 @@ def _check_edges(mesh: Mending) -> None:
     a, b = (place(mesh.mesh.points[v]) for v in edges.ends[first])
     of = f" of the groups {', '.join(groups)}" if groups else ""
     raise MeshError(
-        f"{len(crowded)} edges of three or more triangles, the first from {a} to {b} with "
+        f"{len(crowded)} edge(s) of three or more triangles, the first from {a} to {b} with "
         f"{edges.counts[first]}{of}; inner walls, tethers and overlapping sheets are not "
-        "supported: leave their groups out, or remove them in a mesh tool"
+        "supported: export without their groups, or remove them in a mesh tool"
     )
 
 

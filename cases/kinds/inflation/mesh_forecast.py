@@ -7,15 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
+from ...geometry.inspection import stretches
 from ...geometry.meshes.findings import findings
 from ...geometry.meshes.mesh_bag import MeshBag
 from ...output.forecast import Item
+from .initial_bag import nature
 from .mesh_config import MeshGeometry
 from .plan import InflationPlan
 
 Findings = tuple[list[Item], list[str]]
 WARNING = "warning: "  # how notes of repairs begin that should be acted upon
 CREASE = 5.0  # degrees; below, creases keep almost all edges of a curved surface sharp
+TORN = 1.9  # stretch against a reference that no cloth has: a unit is another, or the numbering
 FACETS = 1e-9  # distance from the facets, of the extent
 THIN = 0.02  # distance of facing sheets over the extent below which films are hard to resolve
 
@@ -32,10 +35,29 @@ def users_mesh(plan: InflationPlan) -> Findings:
         Item("nearest facing sheets", bag.narrowest, "", f"sampled; 2 V / A = {bag.gap:.3g}"),
         Item("largest kink", _largest_kink(bag), "deg", "between triangles; free of stress"),
     ]
+    more, cautions = _unfolded(plan, bag)
+    items += more
     mended = [note.removeprefix(WARNING) for note in bag.notes if note.startswith(WARNING)]
     found = [one.text for one in findings(bag.mesh) if one.warns]
-    more = [*_film(plan, bag), *_facets(plan, bag)]
-    return items, list(dict.fromkeys([*mended, *bag.warnings, *found, *more]))
+    cautions += [*_film(plan, bag), *_facets(plan, bag)]
+    return items, list(dict.fromkeys([*mended, *bag.warnings, *found, *cautions]))
+
+
+def _unfolded(plan: InflationPlan, bag: MeshBag) -> Findings:
+    """How the bag is stretched against a reference that is not folded into it."""
+    if bag.flat is None or bag.folding is not None:
+        return [], []
+    found = stretches(bag)
+    state = nature(plan.scene, bag)
+    what = "the stress-free bag" if state == "flat" else f"not free of stress: {state!r}"
+    note = f"down to {found[0]:.3g}; 98% in {found[1]:.3g} .. {found[2]:.3g}; {what}"
+    items = [Item("stretch of reference", found[3], "", note)]
+    if found[1] > 1.0 / TORN and found[2] < TORN:
+        return items, []
+    return items, [
+        f"98% of the bag is stretched by {found[1]:.3g} to {found[2]:.3g} against its unfolded "
+        "reference: save both from one mesh in one unit, or drop geometry.reference"
+    ]
 
 
 def told(plan: InflationPlan) -> tuple[str, ...]:

@@ -270,10 +270,10 @@ AWKWARD: dict[str, Awkward] = {
         "bag.obj", lambda: _edge(obj_text(bag())), "nothing tells whether the file is whole", True
     ),
     "point cloud": Awkward(
-        "bag.obj", lambda: "v 0 0 0\nv 1 0 0\n", "no triangles in it but no cells"
+        "bag.obj", lambda: "v 0 0 0\nv 1 0 0\n", "no triangles in it but points only"
     ),
     "inner wall": Awkward(
-        "bag.obj", _tether, r"1 edges of three or more .* from \(.*\) to \(.*with 3 of .*tether"
+        "bag.obj", _tether, r"1 edge\(s\) of three or more .* from \(.*\) to \(.*with 3 of .*tether"
     ),
     "a face missing": Awkward(
         "bag.obj", lambda: _without_last(obj_text(bag())), "79 triangles", mended=True

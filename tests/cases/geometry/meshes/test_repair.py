@@ -144,7 +144,7 @@ def test_edges_of_three_triangles_are_named() -> None:
         groups={**given.groups, "tether": np.array([len(given.triangles)])},
     )
     with pytest.raises(
-        MeshError, match=r"1 edges of three .* from \(.*\) to \(.*\) with 3 of .*tether"
+        MeshError, match=r"1 edge\(s\) of three .* from \(.*\) to \(.*\) with 3 of .*tether"
     ):
         repaired(wall)
 
