@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +29,7 @@ def loaded(
     weld: float = 1e-5,
     component: str = "all",
     opening: float = 0.0,
+    kept: Callable[[FacetMesh], FacetMesh] | None = None,
 ) -> FacetMesh:
     """Facets of a mesh file, repaired.
 
@@ -44,6 +46,8 @@ def loaded(
         See `repaired`.
     opening : float
         Half the distance given to coincident sheets, in units of L.
+    kept : callable, optional
+        What is kept of the file's triangles, in units of L; inner walls left out need no repair.
 
     Returns
     -------
@@ -62,6 +66,7 @@ def loaded(
         unfolded = scaled(read_facets(reference), factor)
         facets = _unfolding(facets, unfolded, Path(reference).name)
     with of_file(path):
+        facets = facets if kept is None else kept(facets)
         facets = repaired(facets, weld=weld, component=component)
         facets = replace(facets, notes=(*facets.notes, _extents(facets, unit, length)))
         if opening:

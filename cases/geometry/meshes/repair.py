@@ -76,7 +76,7 @@ def _check_edges(mesh: Mending) -> None:
     raise MeshError(
         f"{len(crowded)} edge(s) of three or more triangles, the first from {a} to {b} with "
         f"{edges.counts[first]}{of}; inner walls, tethers and overlapping sheets are not "
-        "supported: export without their groups, or remove them in a mesh tool"
+        "supported: leave their groups out of geometry.rest, or remove them in a mesh tool"
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from shells.surfaces.triangles.triangle_surface import TriangleSurface
 from ..folding import Folding
 from .facet_mesh import FacetMesh, MeshError
 from .inlets.checks import check_closed
-from .inlets.cut import only, with_inlet
+from .inlets.cut import kept_groups, with_inlet
 from .loading import loaded, mesh_warnings
 from .mesh_bag import MeshBag, assembled, part, shaped
 from .pattern import pattern_folding
@@ -188,14 +188,13 @@ def read_surface(
         weld=weld,
         component=component,
         opening=opening,
+        kept=None if rest is None else partial(kept_groups, inlet=inlet, rest=rest),
     )
     with of_file(path):
         check_count(facets, split, most)
         chosen = np.empty(0, dtype=int)
         if inlet is not None:
-            facets, chosen = with_inlet(facets, inlet, rest)
-        elif rest is not None:
-            facets, chosen = only(facets, rest, chosen)
+            facets, chosen = with_inlet(facets, inlet, left_out=rest is not None)
         folding = pattern_folding(folds, along, facets.points) if len(folds) else None
         mesh, chosen = shaped(
             facets,

@@ -15,7 +15,11 @@ from .selection import group_triangles, inlet_triangles, is_hole
 
 
 def with_inlet(
-    facets: FacetMesh, inlet: Any = None, rest: str | Sequence[str] | None = None
+    facets: FacetMesh,
+    inlet: Any = None,
+    rest: str | Sequence[str] | None = None,
+    *,
+    left_out: bool = False,
 ) -> tuple[FacetMesh, np.ndarray]:
     """The mesh of a bag, its hole capped and other groups left out, and its inlet's triangles.
 
@@ -24,6 +28,8 @@ def with_inlet(
     facets : FacetMesh
     inlet, rest :
         See `mesh_bag`.
+    left_out : bool
+        Whether groups have been left out before, which may have left holes.
 
     Returns
     -------
@@ -43,10 +49,24 @@ def with_inlet(
         facets, chosen = only(facets, rest, chosen)
     if hole:
         facets, chosen = capped(facets, inlet)
-    check_closed(facets, capped=hole, left_out=rest is not None)
+    check_closed(facets, capped=hole, left_out=left_out or rest is not None)
     if chosen.size:
         check_patch(facets, chosen)
     return facets, chosen
+
+
+def kept_groups(facets: FacetMesh, inlet: Any, rest: str | Sequence[str]) -> FacetMesh:
+    """Groups of the membrane and the inlet's triangles of a mesh that is not yet repaired.
+
+    Raises
+    ------
+    MeshError
+        An unknown group, or an inlet without triangles.
+    """
+    chosen = np.empty(0, dtype=int)
+    if inlet is not None and not is_hole(inlet, facets):
+        chosen, _ = inlet_triangles(facets, inlet)
+    return only(facets, rest, chosen)[0]
 
 
 def restricted(facets: FacetMesh, kept: np.ndarray) -> FacetMesh:

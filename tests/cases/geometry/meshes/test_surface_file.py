@@ -90,3 +90,22 @@ def test_refused(bodies, tmp_path, options: dict, words: str) -> None:
     path = soup(tmp_path / "body.stl", bodies.icosphere(1))
     with pytest.raises(MeshError, match=words):
         read_surface(path, **options)
+
+
+def test_inner_walls_are_left_out_before_the_repair(bodies, tmp_path) -> None:
+    """A tether sewn to the bag inside: three triangles at its edges."""
+    body, _ = bodies.pancake(16)
+    corners = ["v " + " ".join(map(str, p)) for p in body.points]
+    lines = [*corners, "v 0 0 0"]
+    for name, members in body.groups.items():
+        lines += [f"g {name}", *("f {} {} {}".format(*(body.triangles[t] + 1)) for t in members)]
+    a, b, _ = body.triangles[body.groups["membrane"][0]] + 1
+    path = tmp_path / "bag.obj"
+    path.write_text("\n".join([*lines, "g tether", f"f {a} {b} {len(body.points) + 1}", ""]))
+    with pytest.raises(MeshError, match=r"^bag.obj: 1 edge.*tether; .* geometry.rest"):
+        read_surface(path, inlet="Inlet")
+    bag = read_surface(path, inlet="Inlet", rest=["membrane"]).bag()
+    assert bag.membrane.n_elements + bag.inlet.n_elements == len(body.triangles)
+    assert "left out 1 triangle(s) of 'tether'" in bag.notes
+    with pytest.raises(MeshError, match=r"^bag.obj: the mesh has a hole .* geometry.rest"):
+        read_surface(path, inlet="Inlet", rest=["Inlet"])
