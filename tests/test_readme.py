@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cases import loader
+from cases.kinds.inflation.plan import InflationPlan
 from cases.scenes import gallery
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -50,7 +51,8 @@ EXACT = {
     "README.md-1": drag,
     "README.md-2": adaptivity,
     "README.md-3": completed,
-    "cases/README.md-0": completed,
+    "cases/README.md-0": completed,  # a bag from a file
+    "cases/README.md-1": completed,
 }
 
 
@@ -97,10 +99,13 @@ def headings(path: Path) -> set[str]:
 
 
 def test_scene_of_the_readme(tmp_path):
-    (block,) = re.findall(r"```toml\n(.*?)```", TEXT["cases/README.md"], re.DOTALL)
+    block, mesh = re.findall(r"```toml\n(.*?)```", TEXT["cases/README.md"], re.DOTALL)
     (tmp_path / "scene.toml").write_text(block)
     assert loader.read(tmp_path / "scene.toml").geometry.kind == "pillow"
     assert tomllib.loads(block)["kind"] == "inflation"
+    (tmp_path / "mesh.toml").write_text(mesh)
+    (tmp_path / "bag.stl").write_bytes((ROOT / "cases/scenes/meshes/bag.stl").read_bytes())
+    assert InflationPlan(loader.runnable(tmp_path / "mesh.toml")).bag.inlet.n_elements == 22
 
 
 def test_gallery_is_complete():

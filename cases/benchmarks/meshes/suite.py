@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from ..report import Row
 from . import flow
+from .bags import bag_rows
 from .plates import plate, plate_rows
 from .shells import locking_rows, mode_rows, roof_rows, shear_rows, speed_rows, sphere_rows
 
@@ -21,7 +22,7 @@ SHELLS: tuple[Callable[[bool], list[Row]], ...] = (
     mode_rows,
     speed_rows,
 )
-PARTS: tuple[Callable[[bool], Iterable[Row]], ...] = (*SHELLS, flow.rows)
+PARTS: tuple[Callable[[bool], Iterable[Row]], ...] = (*SHELLS, bag_rows, flow.rows)
 
 
 def run(quick: bool) -> Iterator[Row]:

@@ -137,4 +137,16 @@ VIEWS = {
             "operator, expected (GB)": "{operator GB:.2g}, {GB expected:.2g}",
         },
     ),
+    "bag": View(
+        r"pancake from STL, (?P<at>.+)",
+        {
+            "": "{at}",
+            "pressure off by": "{error:.1e}",
+            "height off by": "{height error:.1e}",
+            "rejected": "{rejected}",
+            "assemblies a step": "{assemblies/step:.2f}",
+            "zeta over velocity": "{zeta:.0e}",
+            "times the splines' seconds": "{ratio:.2g}",
+        },
+    ),
 }

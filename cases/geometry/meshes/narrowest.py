@@ -1,6 +1,6 @@
 """The narrowest distance of sheets that face each other, sampled: what fluid and contact will meet.
 
-Neighbours in six dimensions, points and scaled normals: the nearest sample of opposite normal.
+Neighbours among the samples whose normals go against the largest component of the own one.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from shells.surfaces.local_elements import functions, rule
 
 OPPOSITE = -0.9  # cosine of facing normals
 AHEAD = 0.9  # cosine between a normal and the way to what it faces
-NEIGHBOURS = 6
-WEIGHT = 2.0  # of normals: a place itself is as far as four gaps
+TURNED = -0.16  # along the largest component of a normal, which all that faces it lies below
+NEIGHBOURS = 12
+REACH = 1.8  # gaps up to which something faces a place; most of a round body is farther apart
 
 
 def narrowest_gap(
@@ -36,7 +37,7 @@ def facing_distances(control: np.ndarray, degree: int, gap: float) -> tuple[np.n
     control : (m, n_functions, 3) array
     degree : int
     gap : float
-        A typical distance, against which normals are weighed.
+        A typical distance; what is farther than 1.8 of it is not seen.
 
     Returns
     -------
@@ -52,12 +53,30 @@ def facing_distances(control: np.ndarray, degree: int, gap: float) -> tuple[np.n
     )
     normals = np.cross(s, t)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    weighed = WEIGHT * gap * normals
-    tree = cKDTree(np.hstack([x, weighed]))
-    k = min(NEIGHBOURS, len(x))
-    _, near = tree.query(np.hstack([x, -weighed]), k=np.arange(1, k + 1))
-    way = x[near] - x[:, None]
-    across = np.abs(np.einsum("ijc,ic->ij", way, normals))
-    facing = np.einsum("ijc,ic->ij", normals[near], normals) < OPPOSITE
+    distances = np.full(len(x), np.inf)
+    side = np.argmax(np.abs(normals), axis=1)
+    upwards = np.take_along_axis(normals, side[:, None], axis=1)[:, 0] > 0.0
+    for axis in range(3):
+        for up in (False, True):
+            asking = np.flatnonzero((side == axis) & (upwards == up))
+            against = normals[:, axis] * (1 if up else -1) < TURNED
+            found = _nearest(x, normals, asking, np.flatnonzero(against), REACH * gap)
+            distances[asking] = found
+    return x, distances
+
+
+def _nearest(
+    x: np.ndarray, normals: np.ndarray, asking: np.ndarray, against: np.ndarray, reach: float
+) -> np.ndarray:
+    """Distances of some places to the nearest of others that face them, up to a reach."""
+    if not (asking.size and against.size):
+        return np.full(asking.size, np.inf)
+    k = np.arange(1, min(NEIGHBOURS, against.size) + 1)
+    _, near = cKDTree(x[against]).query(x[asking], k=k, distance_upper_bound=reach)
+    none = near == against.size
+    other = against[np.where(none, 0, near)]
+    way, n = x[other] - x[asking][:, None], normals[asking]
+    across = np.abs(np.einsum("ijc,ic->ij", way, n))
+    facing = ~none & (np.einsum("ijc,ic->ij", normals[other], n) < OPPOSITE)
     facing &= across > AHEAD * np.linalg.norm(way, axis=2)
-    return x, np.where(facing, across, np.inf).min(axis=1)
+    return np.where(facing, across, np.inf).min(axis=1)

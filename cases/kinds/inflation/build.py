@@ -29,9 +29,9 @@ from .touching import accuracy, contact, fields, test
 UNSTRETCHED = 1e-20  # membrane energy of rounding: a bag without folds has nothing to relax
 
 
-def simulated(scene: InflationScene) -> Simulated:
-    """Everything a run needs, from one scene."""
-    plan = InflationPlan(scene)
+def simulated(scene: InflationScene, bag: Bag | None = None) -> Simulated:
+    """Everything a run needs, from one scene; a ``bag`` takes the place of its geometry's."""
+    plan = InflationPlan(scene, bag)
     body, sampler = plan.bag, _sampler(scene, plan.bag)
     touching = contact(plan, sampler)
     shell = structure(scene, plan.bag, touching)

@@ -36,29 +36,25 @@ def initial_bag(scene: InflationScene) -> Bag:
 
 
 def narrowest(scene: InflationScene) -> tuple[float, float]:
-    """Sheet distance and lateral extent of the narrowest region, without fitting splines."""
+    """Sheet distance and lateral extent of the narrowest region, without fitting a bag."""
     g = scene.geometry
-    if isinstance(g, MeshGeometry):
-        bag = initial_bag(scene)
-        return bag.gap, bag.extent
     if isinstance(g, PillowGeometry):
         fold = _folding(g)
         return min(fold.gap, fold.between), 0.5 * fold.panel
+    assert isinstance(g, PancakeGeometry)  # the bags of files count themselves
     return 2.0 * g.radius, g.half_width - g.radius
 
 
 def counts(scene: InflationScene) -> tuple[int, int]:
-    """Elements and density functions of membrane and inlet, without fitting splines."""
+    """Elements and density functions of membrane and inlet, without fitting a bag."""
     g, m = scene.geometry, scene.mesh
-    if isinstance(m, TriangleMesh):
-        parts = initial_bag(scene).parts
-        return sum(p.n_elements for p in parts), sum(p.n_dofs for p in parts)
     if isinstance(m, PillowMesh):
         across = m.across or m.around // 2
         # functions over the rim of the inlet are cut in two; those inside belong to it alone
         cut = (m.inlet + 2) ** 2 - max(0, m.inlet - 2) ** 2
         return m.around * across, m.around * across + cut
-    assert isinstance(g, PancakeGeometry)  # both are chosen by geometry.kind
+    assert isinstance(g, PancakeGeometry)  # the bags of files count themselves
+    assert isinstance(m, PancakeMesh)
     body = Pancake(g.radius, g.half_width, g.neck_radius, g.fillet)
     rows = meridian_rows(body, m.rim, m.fillet, m.flat_max, m.pole)
     doubled = 3 if m.joints == "double" else 0

@@ -64,13 +64,15 @@ def energy(scene: InflationScene, body: Bag) -> KirchhoffLove:
     unfolds = body.flat is not None and nature(scene, body) != "creased"
     flat = body.cut[: body.n_membrane] if unfolds else None
     if isinstance(basis, TriangleBasis):
+        # the unfolded bag of a file may lie anywhere
+        place = body.coefficients[: body.n_membrane]
         clamped = c.inflow_rim == "clamped" and c.flexural_rigidity > 0.0
         return TriangleShell(
             basis,
             material,
             curvature=flat,
             compression_share=c.kept_compression,
-            clamp=HeldSlopes(basis.surface.graph.rim) if clamped else None,
+            clamp=HeldSlopes(basis.surface.graph.rim, at=place) if clamped else None,
             soft=_seams(scene, body, basis.surface) if c.seam == "hinged" else None,
         )
     return KirchhoffLove(

@@ -39,14 +39,22 @@ LARGER_LIMIT = 30_000  # unknowns of the space that measures the mesh's share, s
 
 @dataclass(frozen=True)
 class InflationPlan:
-    """What a scene comes to; each part is worked out when it is first asked for."""
+    """What a scene comes to; each part is worked out when it is first asked for.
+
+    Attributes
+    ----------
+    scene : InflationScene
+    given : Bag, optional
+        The bag at the start, in place of the one that the scene's geometry describes.
+    """
 
     scene: InflationScene
+    given: Bag | None = None
 
     @cached_property
     def bag(self) -> Bag:
-        """The fitted bag at the start."""
-        return initial_bag(self.scene)
+        """The bag at the start."""
+        return initial_bag(self.scene) if self.given is None else self.given
 
     @property
     def inlet(self) -> Surface:
@@ -55,8 +63,16 @@ class InflationPlan:
         assert inlet is not None  # only closed bodies of other kinds have none
         return inlet
 
+    @property
+    def _bag_counts(self) -> bool:
+        """Whether numbers come from the bag: its scene does not tell them."""
+        return self.given is not None or isinstance(self.scene.geometry, MeshGeometry)
+
     @cached_property
     def _counts(self) -> tuple[int, int]:
+        if self._bag_counts:
+            parts = self.bag.parts
+            return sum(p.n_elements for p in parts), sum(p.n_dofs for p in parts)
         return counts(self.scene)
 
     @property
@@ -82,7 +98,8 @@ class InflationPlan:
 
         In a folded bag that is the distance which contact guarantees.
         """
-        gap, extent = narrowest(self.scene)
+        b = self.bag if self._bag_counts else None
+        gap, extent = narrowest(self.scene) if b is None else (b.gap, b.extent)
         if self.folded and self.carries:
             gap *= FLOOR * (self.scene.contact.reach or REACH)
         return budget(self.scene.fluid.tolerance, gap, extent)

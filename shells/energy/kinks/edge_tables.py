@@ -36,11 +36,15 @@ class HeldSlopes:
         Numbers of rim edges.
     conormals : (3,) or (n, 3) array, optional
         Directions beyond the edges: the normal of a plane of symmetry (out of the body), or how a
-        neighbour goes on; default those of the reference.
+        neighbour goes on; default those of ``at``, without a kink that is free of stress.
+    at : (n_coefficients, 3) array, optional
+        Where the slopes are as they are held; default the reference. For a shell whose reference
+        lies elsewhere, unfolded.
     """
 
     edges: np.ndarray
     conormals: np.ndarray | None = None
+    at: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,8 @@ def edge_tables(
     eta: float,
     share: np.ndarray,
     beyond: np.ndarray | None = None,
+    *,
+    level: bool = False,
 ) -> EdgeTables:
     """Tables of edges with two triangles, or of rim edges with fixed conormals ``beyond``.
 
@@ -110,6 +116,8 @@ def edge_tables(
     share : (n_edges,) array
         Of ``D`` that acts at each edge of the batch.
     beyond : (n_edges, n_points, 3) array, optional
+    level : bool
+        The stress-free kink to ``beyond`` is none.
     """
     sides = sides_of(surface, edges)
     frames = [frame(side, rest.reference) for side in sides]
@@ -137,7 +145,7 @@ def edge_tables(
         np.ascontiguousarray(np.stack(beside, axis=2)),
         np.ascontiguousarray(fixed),
         frames[0].speed * w * share[:, None],
-        _free(sides, frames, edges, rest, material, moduli, beyond),
+        _free(sides, frames, edges, rest, material, moduli, beyond, level),
         moduli,
         eta * D / height,
     )
@@ -157,11 +165,12 @@ def _free(
     material: Material,
     moduli: np.ndarray,
     beyond: np.ndarray | None,
+    level: bool,
 ) -> np.ndarray:
     """Cosine and sine of the stress-free kinks, and the moment M0 of the curvature B."""
     t = tangents(sides[0], rest.curved)
     g = [conormals(side, rest.curved) for side in sides]
-    theta = angle(t, g[0], g[1] if beyond is None else beyond)
+    theta = np.zeros(t.shape[:2]) if level else angle(t, g[0], g[1] if beyond is None else beyond)
     if rest.kinks is not None:
         theta = rest.kinks[edges]
     moment = np.zeros(t.shape[:2])

@@ -109,7 +109,10 @@ def kink_energy(
         if edges.size:
             beyond = _beyond(basis, slopes, edges, rest)
             own = share[edges]
-            batches.append(edge_tables(surface, edges, rest, material, eta, own, beyond))
+            level = slopes.conormals is None
+            batches.append(
+                edge_tables(surface, edges, rest, material, eta, own, beyond, level=level)
+            )
     return KinkEnergy(batches)
 
 
@@ -144,7 +147,7 @@ def _check_rim(basis: TriangleBasis, edges: np.ndarray) -> None:
 def _beyond(basis: TriangleBasis, slopes: HeldSlopes, edges: np.ndarray, rest: Rest) -> np.ndarray:
     """Fixed conormals at the Gauss points, ``(n, n_points, 3)``."""
     (side,) = sides_of(basis.surface, edges)
-    own = conormals(side, rest.reference)
+    own = conormals(side, rest.reference if slopes.at is None else slopes.at)
     if slopes.conormals is None:
         return own
     given = np.asarray(slopes.conormals, dtype=float)

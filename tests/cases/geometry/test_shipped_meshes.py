@@ -44,7 +44,7 @@ def test_the_round_bag():
     assert len(raw.points) == 3 * len(triangles)
     assert len(facets.points) == len(points)
     assert f"{-(-len(triangles) // 3)} of {len(triangles)} triangles turned" in facets.notes
-    assert smallest_angles(facets.points, facets.triangles).min() > 17.5  # 18.0
+    assert smallest_angles(facets.points, facets.triangles).min() > 17.0  # 17.4
     # vertices lie on the pancake: distances from the circles and planes of its meridian
     r, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
     rim, neck = np.abs(np.hypot(r - 9, z - 2) - 1), np.abs(np.hypot(r - 2, z) - 1)
@@ -52,8 +52,8 @@ def test_the_round_bag():
     assert np.minimum.reduce([rim, neck, *planes]).max() < 1e-12
     mesh = curved_mesh(facets, crease=55.0)
     unit = round_bag.UNIT**3
-    assert mesh.volume / unit / round_bag.BODY.volume == pytest.approx(1.0, abs=1e-3)  # -9.4e-4
-    assert mesh.facet_volume / unit / round_bag.BODY.volume == pytest.approx(0.978, abs=1e-3)
+    assert mesh.volume / unit / round_bag.BODY.volume == pytest.approx(1.0, abs=5e-4)  # -2.8e-4
+    assert mesh.facet_volume / unit / round_bag.BODY.volume == pytest.approx(0.970, abs=1e-3)
 
 
 def test_the_disc_deck():

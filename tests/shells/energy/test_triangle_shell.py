@@ -261,3 +261,17 @@ def test_triangles_without_ties_are_refused():
         KirchhoffLove(basis, MATERIAL)
     with pytest.raises(ValueError, match="no reduced membrane rule"):
         KirchhoffLove(basis, Material(0.0), membrane="reduced")
+
+
+def test_a_clamp_holds_where_the_shell_is_not_where_its_reference_lies():
+    """The reference is turned away and moved; at its place the clamped shell is at rest."""
+    basis, c = sheet(3)
+    bent = c + 0.1 * np.column_stack([0 * c[:, 0], 0 * c[:, 0], c[:, 0] ** 2])
+    turned = c @ Rotation.from_rotvec([0.4, 2.0, -1.0]).as_matrix().T + [5.0, 1.0, -2.0]
+    rim = basis.surface.graph.rim
+    elsewhere = TriangleBasis(basis.surface, turned)
+    there = TriangleShell(elsewhere, MATERIAL, clamp=HeldSlopes(rim, at=c))
+    here = TriangleShell(basis, MATERIAL, clamp=HeldSlopes(rim))
+    assert sum(there.energy(c)) < 1e-25
+    assert there.energy(bent)[1] == pytest.approx(here.energy(bent)[1], rel=1e-10)
+    assert sum(TriangleShell(elsewhere, MATERIAL, clamp=rim).energy(c)) > 1e-3

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -108,16 +108,16 @@ def _blocks(text: str) -> Iterator[tuple[int, str, dict[str, str], list[tuple[in
     """Line, keyword, its options (upper case) and the fields of its data lines."""
     head: tuple[int, str, dict[str, str]] | None = None
     rows: list[tuple[int, list[str]]] = []
-    joined = ""
+    joined: list[str] = []
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.strip()
         if not line or line.startswith("**"):
             continue
         if line.startswith("*") or joined:
-            line = joined + line
-            joined = line if line.endswith(",") else ""
-            if joined:
+            joined.append(line)
+            if line.endswith(","):
                 continue
+            line, joined = "".join(joined), []
             if head:
                 yield *head, rows
             keyword, *options = line[1:].split(",")
@@ -202,11 +202,11 @@ def _set(deck: _Deck, line: int, options: dict, rows: list) -> None:
         words = [word for word in row if word]
         if "GENERATE" in options:
             first, last, step = [whole(word, number) for word in (*words, "1")[:3]]
-            own += [
-                cell
-                for (place, label), cell in deck.elements.items()
-                if place == part and first <= label <= last and (label - first) % max(step, 1) == 0
-            ]
+            wanted: Sequence[int] = range(first, last + 1, max(step, 1))
+            if len(wanted) > len(deck.elements):
+                wanted = [n for place, n in deck.elements if place == part and n in wanted]
+            found = (deck.elements.get((part, n)) for n in wanted)
+            own += [cell for cell in found if cell is not None]
             continue
         for word in words:
             own += _named(deck, part, word, number)

@@ -77,6 +77,13 @@ class Cursor:
         )
 
 
+def integers(values: np.ndarray, what: str) -> np.ndarray:
+    """Whole numbers of a table that was read as floats."""
+    if not np.all(np.abs(values) < 2**53) or np.any(values != np.round(values)):
+        raise MeshError(f"{what}: a number that should be whole is not")
+    return values.astype(np.int64)
+
+
 def _line(data: bytes, place: int) -> int:
     """Number of the line at a place."""
     return data.count(b"\n", 0, place) + 1

@@ -12,7 +12,7 @@ import numpy as np
 
 from cases.geometry.meshes.facet_mesh import MeshError
 from cases.geometry.meshes.formats.cells import CellMesh, Cells, distinct, places
-from cases.geometry.meshes.formats.cursor import Cursor
+from cases.geometry.meshes.formats.cursor import Cursor, integers
 from cases.geometry.meshes.formats.text import clean_name
 
 # type: kind, nodes, dimension
@@ -90,7 +90,7 @@ def _version_2(sections: dict[str, Cursor], text: bool) -> CellMesh:
     count = _count(nodes)
     if text:
         table = nodes.numbers(float, 4 * count, text=True, what="nodes").reshape(-1, 4)
-        ids, points = table[:, 0].astype(np.int64), table[:, 1:]
+        ids, points = integers(table[:, 0], "nodes"), table[:, 1:]
     else:
         rows = nodes.numbers("u1", 28 * count, text=False, what="nodes")
         records = rows.view(np.dtype([("id", "<i4"), ("x", "<f8", 3)]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -242,8 +242,10 @@ def _groups(deck: _Deck) -> dict[str, np.ndarray]:
         groups[f"{name} ({part})" if name in groups else name] = np.array(own)
     for name, labels, ranges in deck.pending:
         found = [deck.elements[label] for label in labels if label in deck.elements]
-        found += [
-            cell for label, cell in deck.elements.items() if any(a <= label <= b for a, b in ranges)
-        ]
+        for a, b in ranges:
+            wanted: Sequence[int] = range(a, b + 1)
+            if len(wanted) > len(deck.elements):
+                wanted = [label for label in deck.elements if label in wanted]
+            found += [deck.elements[label] for label in wanted if label in deck.elements]
         groups[f"{name} (set)" if name in groups else name] = np.unique(np.array(found, np.int64))
     return groups

@@ -74,14 +74,15 @@ def read(data: bytes) -> CellMesh:
 
 def _lines(text: str):  # type: ignore[no-untyped-def]
     """Numbers and words of the lines that say something; a backslash joins the next one."""
-    joined, first = "", 0
+    joined: list[str] = []
+    first = 0
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.partition("#")[0].rstrip()
         first = first if joined else number
         if line.endswith("\\"):
-            joined += line[:-1] + " "
+            joined.append(line[:-1])
             continue
-        words, joined = (joined + line).split(), ""
+        words, joined = " ".join([*joined, line]).split(), []
         if words:
             yield first, words
 

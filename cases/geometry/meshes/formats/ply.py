@@ -17,7 +17,7 @@ from cases.geometry.meshes.formats.cells import (
     flat_kind,
     labelled,
 )
-from cases.geometry.meshes.formats.cursor import Cursor
+from cases.geometry.meshes.formats.cursor import Cursor, integers
 from cases.geometry.meshes.formats.text import cut_short
 
 _TYPES = {
@@ -151,7 +151,7 @@ def _even(cursor: Cursor, element: _Element, order: str, what: str) -> dict | No
         words = words.reshape(element.count, width)
         for name, kind, many in fields:
             values = words[:, at : at + many]
-            columns[name] = values if kind[0] == "f" else values.astype("i8")
+            columns[name] = values if kind[0] == "f" else integers(values, what)
             at += many
     else:
         kinds = np.dtype([(f"{i}", order + k, (n,)) for i, (_, k, n) in enumerate(fields)])

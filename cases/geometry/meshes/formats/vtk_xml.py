@@ -76,7 +76,7 @@ def read(data: bytes) -> CellMesh:
 def _parsed(data: bytes) -> tuple[ElementTree.Element, bytes, str]:
     """The tree, the bytes of its appended data and their encoding."""
     appended, encoding = b"", ""
-    if head := re.search(rb"<AppendedData[^>]*>", data):
+    if head := re.search(rb"<AppendedData[^<>]*>", data):
         stop = data.rfind(b"</AppendedData>")
         start = data.find(b"_", head.end()) + 1
         if stop < 0 or not 0 < start <= stop:

@@ -47,7 +47,7 @@ def mesh_picture(bag: Bag, path: Path, marks: Sequence[Spot] = ()) -> Path:
     polygons = np.concatenate(outlines)
     colours = [MEMBRANE] * len(outlines[0])
     colours += [INLET] * (len(polygons) - len(colours))
-    figure = new_figure(figsize=(15, 6), dpi=110)
+    figure = new_figure(figsize=(15, 5.2), dpi=110)
     for k, (name, elevation) in enumerate(VIEWS):
         axes = cast("Axes3D", figure.add_axes((0.01 + 0.33 * k, 0.02, 0.32, 0.88), projection="3d"))
         _draw(axes, polygons, colours, elevation, marks)

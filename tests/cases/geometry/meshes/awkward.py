@@ -307,6 +307,16 @@ AWKWARD: dict[str, Awkward] = {
         "bag.off", lambda: _without_last(off_text(bag())) + "3 0 1 42\n", "a corner beyond the 42"
     ),
     "PLY cut short": Awkward("bag.ply", lambda: ply_text(bag())[:-90], r"element face.*cut short"),
+    "PLY of a corner and a half": Awkward(
+        "bag.ply",
+        lambda: _swap(ply_text, "\n3 9 ", "\n3 9.5 "),
+        "element face 0?.*: .*not all are numbers|a number that should be whole is not",
+    ),
+    "Gmsh of a node and a half": Awkward(
+        "bag.msh",
+        lambda: _meshio("gmsh22", binary=False).replace(b"\n42 ", b"\n42.5 ", 1),
+        "nodes: a number that should be whole is not",
+    ),
     "PLY that counts 4e9": Awkward(
         "bag.ply", lambda: _ply_header(4_000_000_000), "header counts 4000000000, more than"
     ),

@@ -226,3 +226,30 @@ def test_sheets_without_distance(bodies) -> None:
     flat = FacetMesh(body.points * [1.0, 1.0, 0.0], body.triangles, body.groups)
     with pytest.raises(MeshError, match=r"sheets coincide.*geometry.opening"):
         mesh_bag(flat, inlet="Inlet", smooth=False)
+
+
+def test_what_faces_what(bodies) -> None:
+    """A bag, a flat one that closes towards its rim, and a round one."""
+    body, _ = bodies.pancake(24)
+    for height, least in ((1.0, 0.9), (0.1, 0.04)):
+        flat = FacetMesh(body.points * [1.0, 1.0, height], body.triangles, body.groups)
+        assert least < mesh_bag(flat, inlet="Inlet", smooth=False).narrowest < 1.0001 * height
+    assert mesh_bag(bodies.icosphere(2)).narrowest == np.inf  # a diameter is three mean distances
+
+
+def test_a_second_order_mesh_with_a_hole(bodies) -> None:
+    """Cap and membrane share second-order edges and the reference."""
+    sphere = bodies.raw_sphere(100)
+    torn = bodies.without(sphere, centroids(sphere)[:, 2] < -0.8)
+    middles = 0.5 * (torn.points[torn.triangles] + torn.points[np.roll(torn.triangles, -1, axis=1)])
+    middles /= np.linalg.norm(middles, axis=2, keepdims=True)
+    wide = torn.points * [2.0, 1.0, 1.0]
+    mesh = FacetMesh(torn.points, torn.triangles, middles=middles, reference=wide)
+    bag = mesh_bag(mesh, inlet={"hole": [0, 0, -1]}, degree=2)
+    rim = bag.coefficients[bag.n_membrane + bag.inlet.on_edges(bag.rim.inlet)]
+    middle = bernstein(2, np.array([0.5])).T @ rim
+    assert np.abs(np.linalg.norm(middle, axis=2) - 1.0).max() < 1e-13
+    low = bag.flat[bag.n_membrane :][: bag.inlet.n_vertices]
+    now = bag.coefficients[bag.n_membrane :][: bag.inlet.n_vertices]
+    assert np.abs(low - now * [2.0, 1.0, 1.0]).max() < 1e-12
+    assert np.isfinite(bag.profile(now)).all()

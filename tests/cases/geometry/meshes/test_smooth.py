@@ -192,3 +192,15 @@ def test_no_surface() -> None:
     fins = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])
     with pytest.raises(MeshError, match=r"3 triangles.*repair"):
         control_points(np.random.default_rng(0).normal(size=(5, 3)), fins)
+
+
+def test_extreme_creases(bodies) -> None:
+    """At 0 all stays flat, at 180 sewn sheets have no normal at their seam and stay straight."""
+    sphere = bodies.raw_sphere(30)
+    sharp, flat = curved_mesh(sphere, crease=0.0), curved_mesh(sphere, smooth=False)
+    assert np.abs(sharp.control - flat.control).max() < 1e-14
+    body, _ = bodies.pancake(16)
+    sewn = FacetMesh(body.points * [1.0, 1.0, 0.0], body.triangles)
+    mesh = curved_mesh(sewn, crease=180.0)
+    assert np.isfinite(mesh.control).all()
+    assert np.abs(mesh.control[..., 2]).max() < 1e-12
