@@ -18,12 +18,12 @@ class InputFile:
     name : str
         As the scene says it, relative to the scene's own folder; empty for no file.
     path : Path
-        Where it is; files of equal names and contents are equal wherever they are.
+        Where it is.
     digest : str
-        SHA-256 of its contents.
+        SHA-256 of its contents; files of equal contents are equal, whatever their names.
     """
 
-    name: str = ""
+    name: str = field(default="", compare=False)
     path: Path = field(default=Path(), compare=False)
     digest: str = ""
 

@@ -28,7 +28,7 @@ _SUMMARIES = {
     "folds": "folded bags open; one fluid solve of 2, 4, 8, 16 folds",
     "honesty": "promises tried: held, broken aloud, broken in silence",
     "integrals": "single and double layer: exact flows, near rules, speed",
-    "meshes": "raw triangulations: bending, roof, rotations, spheres, speed",
+    "meshes": "raw triangulations: bending, roof, rotations, spheres, speed, flows",
     "pancake": "coupled inflation against statics, schemes compared",
     "planar": "planar flows, narrow gaps, all planar scenes, models compared",
     "shells": "roof, locking and large rotations against published figures",

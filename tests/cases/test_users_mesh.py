@@ -9,12 +9,22 @@ import numpy as np
 import pytest
 
 from cases import cli, loader
+from cases.kinds.inflation.build import simulated
+from cases.kinds.inflation.config import (
+    BagInflow,
+    BagStructure,
+    InflationScene,
+    MeshGeometry,
+    TriangleMesh,
+)
 from cases.kinds.inflation.plan import InflationPlan
 from cases.output.history import read_history
 from cases.output.vtk import read_frames, read_grid
+from cases.sections import Time
+from coupling import Result
 
 from .geometry.meshes.awkward import AWKWARD
-from .geometry.triangle_bags import raw_sphere
+from .geometry.triangle_bags import raw_sphere, spheroid
 
 SCENE = """
 description = "a raw spheroid"
@@ -99,6 +109,22 @@ def test_a_run_in_stokes_flow(tmp_path, capsys):
     capsys.readouterr()
     assert cli.main(["resume", str(moved)]) == 2
     assert "another scene" in capsys.readouterr().err
+
+
+def test_a_bag_in_memory_runs_coupled():
+    """Own triangles in place of a scene's geometry, without any file."""
+    bag = spheroid(40, 0.5, degree=2)
+    scene = InflationScene(
+        "own",
+        geometry=MeshGeometry(),
+        mesh=TriangleMesh(degree=2),
+        structure=BagStructure(inflow_rim="hinged"),
+        inflow=BagInflow(final_volume=1.6, t1=4.0, t2=16.0),
+        time=Time(dt=1.5, end=1.5),
+    )
+    outcome = simulated(scene, bag).simulation().run()
+    assert outcome.result is Result.COMPLETED
+    assert outcome.counts["rejected"] == 0
 
 
 @pytest.mark.parametrize("rim", ["hinged", "clamped"])

@@ -87,7 +87,7 @@ def sphere_row(body: RawBody, name: str, density: int, measure: str | None = Non
     own = 2.0 * surface.outer.normals @ STRAIN + 3.0 * points @ STRAIN
     error, best = _distance(surface, found.values, exact), _best(surface, own)
     return {
-        "case": f"raw sphere, strain, {name}, density {density}",
+        "case": f"raw sphere, strain, {name}, density {density}, {len(body.triangles)} triangles",
         "triangles": len(body.triangles),
         "seconds": seconds,
         "error": error,
@@ -112,11 +112,11 @@ def own_row(body: RawBody, name: str) -> Row:
     points, normals = surface.outer.points, surface.outer.normals
     own = 2.0 * normals @ STRAIN + 3.0 * points @ STRAIN
     return {
-        "case": f"raw sphere, strain, {name}, density 2",
+        "case": f"raw sphere against density 5, {name}, density 2",
         "triangles": len(body.triangles),
         "seconds": time.perf_counter() - start,
         "error": error,
-        "reference": "the same patches, density 5",
+        "reference": "the same patches with densities of degree 5",
         "best": best,
         "error/best": error / best,
         "reference - (2 E n + 3 E x)": _distance(surface, own, exact),
@@ -196,7 +196,7 @@ def ellipsoid_row(n: int, c: float) -> Row:
     error, best = _distance(surface, found.values, exact), _best(surface, exact)
     force = exact.T @ surface.outer.weights
     return {
-        "case": f"raw ellipsoid c/a {c:g}, quadratic, density 1",
+        "case": f"raw ellipsoid c/a {c:g}, moving, {len(body.triangles)} triangles",
         "triangles": len(body.triangles),
         "seconds": seconds,
         "error": error,
@@ -228,7 +228,7 @@ def enclosed_row(n: int, c: float = 0.35) -> Row:
     found = operator.traction(velocity)
     fastest = np.linalg.norm(operator.boundary_velocity(velocity), axis=1).max()
     return {
-        "case": f"filling a raw ellipsoid c/a {c:g}, cubic, density 1",
+        "case": f"filling a raw ellipsoid c/a {c:g}, {len(body.triangles)} triangles",
         "triangles": len(body.triangles),
         "seconds": time.perf_counter() - start,
         "error": float(abs(np.ravel(found.zeta)[0])) / fastest,

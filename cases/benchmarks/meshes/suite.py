@@ -5,9 +5,10 @@ Plates here in `plates`, other shells in `shells`, the fluid on triangles in `fl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from ..report import Row
+from . import flow
 from .bags import bag_rows
 from .plates import plate, plate_rows
 from .shells import locking_rows, mode_rows, roof_rows, shear_rows, speed_rows, sphere_rows
@@ -21,7 +22,7 @@ SHELLS: tuple[Callable[[bool], list[Row]], ...] = (
     mode_rows,
     speed_rows,
 )
-PARTS = (*SHELLS, bag_rows)  # then flow.rows, once it is here
+PARTS: tuple[Callable[[bool], Iterable[Row]], ...] = (*SHELLS, bag_rows, flow.rows)
 
 
 def run(quick: bool) -> Iterator[Row]:

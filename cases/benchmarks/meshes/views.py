@@ -67,6 +67,76 @@ VIEWS = {
         r"speed, (?P<what>.+)",
         {"": "{what}", "us an element": "{us/element:.3g}", "times a quad": "{times a quad:.2g}"},
     ),
+    "strain": View(
+        r"raw sphere, strain, (?P<geometry>[a-z ]+), density (?P<q>\d), \d+ triangles",
+        {
+            "geometry": "{geometry}",
+            "density": "{q}",
+            "triangles": "{triangles}",
+            "error": "{error:.1e}",
+            "over the best": "{error/best:.2f}",
+            "drag": "{drag:.0e}",
+            "estimate over error": "{estimate/error:.2f}",
+            "seconds": "{seconds:.2g}",
+        },
+    ),
+    "own": View(
+        r"raw sphere against density 5, (?P<geometry>[a-z ]+), density 2",
+        {
+            "geometry": "{geometry}",
+            "error": "{error:.1e}",
+            "over the best": "{error/best:.2f}",
+            "own normals off by": "{reference - (2 E n + 3 E x):.1e}",
+        },
+    ),
+    "inside": View(
+        r"(?P<body>.+), flow inside, (?P<geometry>[a-z ]+), density (?P<q>\d)",
+        {
+            "body": "{body}",
+            "geometry": "{geometry}",
+            "density": "{q}",
+            "triangles": "{triangles}",
+            "error": "{error:.1e}",
+            "over the best": "{error/best:.2f}",
+            "seconds": "{seconds:.2g}",
+        },
+    ),
+    "drops": View(
+        r"raw sphere, strain, .+, viscosity ratio (?P<ratio>[\d.]+)",
+        {
+            "viscosity ratio": "{ratio}",
+            "triangles": "{triangles}",
+            "error": "{error:.1e}",
+            "over the best": "{error/best:.2f}",
+            "Gauss identity": "{Gauss identity:.0e}",
+        },
+    ),
+    "thin": View(
+        r"raw ellipsoid c/a (?P<c>[\d.]+), moving, \d+ triangles",
+        {
+            "c/a": "{c}",
+            "triangles": "{triangles}",
+            "error": "{error:.1e}",
+            "over the best": "{error/best:.2f}",
+            "drag": "{drag:.0e}",
+            "quadrature": "{quadrature:.0e}",
+            "estimate over error": "{estimate/error:.2f}",
+        },
+    ),
+    "flows": View(
+        r"(?P<what>filling .+|raw torus, drag, .+)",
+        {"": "{what}", "triangles": "{triangles}", "error": "{error:.0e}"},
+    ),
+    "large": View(
+        r"large raw sphere, .+",
+        {
+            "unknowns": "{unknowns}",
+            "error of the drag": "{error:.0e}",
+            "checks, build, solve (s)": "{checks s:.0f}, {build s:.0f}, {solve s:.0f}",
+            "all, one thread expected (s)": "{seconds:.0f}, {seconds expected:.0f}",
+            "operator, expected (GB)": "{operator GB:.2g}, {GB expected:.2g}",
+        },
+    ),
     "bag": View(
         r"pancake from STL, (?P<at>.+)",
         {
