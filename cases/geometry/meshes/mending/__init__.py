@@ -1,1 +1,1 @@
-"""Steps of a repair: what joins what, welding, doubled triangles, halved edges, orientation."""
+"""Steps of a repair: what joins what, welding, doubled triangles, bisected edges, orientation."""
