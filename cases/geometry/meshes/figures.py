@@ -72,7 +72,8 @@ class MeshQuality:
             )
         if self.shortest < 1e-3 * self.median:
             lines.append(
-                f"shortest edge {self.shortest:.3g}, median {self.median:.3g}: raise weld or remesh"
+                f"shortest edge {self.shortest:.3g}, median {self.median:.3g}: raise "
+                "geometry.weld or remesh"
             )
         return lines
 

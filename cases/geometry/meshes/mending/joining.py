@@ -29,7 +29,8 @@ def weld(mesh: Mending) -> None:
     one = welded(points, triangles, mesh.distance)
     drop_doubles(mesh, one[triangles] if soup else triangles)
     triangles = mesh.mesh.triangles
-    if soup and np.any(edges_of(_proper(one[triangles])).counts > 2):
+    corners = one[triangles]
+    if soup and np.any(edges_of(corners[_proper(corners)]).counts > 2):
         one = _sheet_by_sheet(mesh, one)
     left = _used(one[mesh.mesh.triangles])
     one = _chords(mesh, one)
@@ -41,7 +42,7 @@ def weld(mesh: Mending) -> None:
     if unused:
         mesh.notes.append(f"{unused} points that no triangle uses left out")
     mesh.number(triangles)
-    proper = np.all(triangles != np.roll(triangles, -1, axis=1), axis=1)
+    proper = _proper(triangles)
     if not np.all(proper):
         where = place(mesh.mesh.points[triangles[np.argmin(proper)]].mean(axis=0))
         mesh.notes.append(f"{np.sum(~proper)} collapsed triangles dropped, the first at {where}")
@@ -64,7 +65,8 @@ def _used(triangles: np.ndarray) -> int:
 
 
 def _proper(triangles: np.ndarray) -> np.ndarray:
-    return triangles[np.all(triangles != np.roll(triangles, -1, axis=1), axis=1)]
+    """Triangles ``(m,) bool`` of three vertices."""
+    return np.all(triangles != np.roll(triangles, -1, axis=1), axis=1)
 
 
 def _lengths(points: np.ndarray, ends: np.ndarray) -> np.ndarray:
