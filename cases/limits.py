@@ -111,6 +111,7 @@ def literal(value: Any) -> str:
         return repr(value)
     if is_dataclass(value):  # an inline table, without what is as usual
         own = {f.name: getattr(value, f.name) for f in fields(value)}
-        said = {f.name for f in fields(value) if own[f.name] != f.default}
-        return "{ " + ", ".join(f"{k} = {literal(own[k])}" for k in own if k in said) + " }"
+        value = {f.name: own[f.name] for f in fields(value) if own[f.name] != f.default}
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{k} = {literal(v)}" for k, v in value.items()) + " }"
     raise TypeError(f"no TOML literal for {value!r}")

@@ -198,7 +198,7 @@ def test_fields(rng, factor):
     values, walls, out = rng.normal(size=(2, 4, 6)), rng.normal(size=(3, 3)), np.empty((3, 11))
     none, empty = np.zeros(4, np.int64), np.empty(0, np.int64)
     _field_kernels.fields(
-        x, none, empty, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
+        x, none, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
         np.empty((2, 3, 3, 6)), y, n, values, (6.0, 2.0), factor, *gauss_tables(), walls, out,
     )  # fmt: skip
     y, n, values = y.reshape(-1, 3), n.reshape(-1, 3), values.reshape(-1, 6)

@@ -17,7 +17,7 @@ from typing import Any, get_type_hints
 
 from ...kinds import KINDS
 from ...limits import literal
-from ...scene_file import names, text_of
+from ...scene_file import home_of, names, text_of
 from ...sections import Choice
 
 Table = dict[str, Any]
@@ -76,13 +76,18 @@ def _value(value: Any) -> str:
     return str(value) if isinstance(value, Raw) else literal(value)
 
 
+def _text(scene: str) -> str:
+    """A shipped scene that finds its mesh from any folder."""
+    return text_of(scene).replace('"meshes/', f'"{home_of(scene).as_posix()}/meshes/')
+
+
 def mutated(count: int, seed: int, scenes: list[str]) -> Iterator[Damaged]:
     """Shipped scenes with one change each."""
     rng = random.Random(seed)
     changes = (_deleted, _retyped, _scaled, _nonsense, _swapped, _nested, _misspelt)
     for k in range(count):
         scene = rng.choice(scenes)
-        text = text_of(scene)
+        text = _text(scene)
         if k % (len(changes) + 1) == len(changes):
             yield _bytes(rng, scene, text.encode())
             continue
