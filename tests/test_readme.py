@@ -105,7 +105,7 @@ def test_scene_of_the_readme(tmp_path):
     assert tomllib.loads(block)["kind"] == "inflation"
     (tmp_path / "mesh.toml").write_text(mesh)
     (tmp_path / "bag.stl").write_bytes((ROOT / "cases/scenes/meshes/bag.stl").read_bytes())
-    assert InflationPlan(loader.runnable(tmp_path / "mesh.toml")).bag.inlet.n_elements == 22
+    assert InflationPlan(loader.runnable(tmp_path / "mesh.toml")).bag.inlet.n_elements == 24
 
 
 def test_gallery_is_complete():

@@ -16,6 +16,7 @@ from dataclasses import Field, dataclass, fields
 from typing import Any, get_type_hints
 
 from ...kinds import KINDS
+from ...kinds.inflation.mesh_config import UNITS
 from ...limits import literal
 from ...scene_file import home_of, names, text_of
 from ...sections import Choice
@@ -61,6 +62,11 @@ NONSENSE = (
 )  # fmt: skip
 EDGES = (Raw("0"), Raw("-1"), Raw("1"), Raw("0.0"), Raw("-1.0"), Raw("1e-9"), Raw("3000"),
          Raw("1e5"), Raw("1000000"), Raw("1e9"))  # fmt: skip
+
+
+# what a mesh needs besides its word: lengths are those of the file
+MESH = {"file": (home_of("bag-stl") / "meshes/bag.stl").as_posix(), "crease": 55.0,
+        "inlet": {"sphere": [0.0, 0.0, 0.0, 50.0]}}  # fmt: skip
 
 
 def toml(table: Mapping[str, Any]) -> bytes:
@@ -185,7 +191,7 @@ def keys() -> Iterator[tuple[str, Table, str, Field[Any], Any]]:
                 scene: Table = {"kind": kind.name}
                 if isinstance(section, Choice):
                     part, key = section.key.split(".")
-                    scene[part] = {key: word}
+                    scene[part] = {key: word} | (MESH if word == "mesh" else {})
                 hints = get_type_hints(table)
                 for f in fields(table):
                     scene_with = deepcopy(scene)
@@ -232,7 +238,16 @@ def minimal() -> Iterator[Damaged]:
         for value in key.metadata.get("choices", ()) if type_ is str else ():
             chosen = deepcopy(scene)
             chosen[section][key.name] = value
+            if f"{section}.{key.name}" == "geometry.unit" and value:
+                chosen["physical"] = _physical(UNITS[value])
             yield Damaged(f"{kind}: {section}.{key.name} = {value}", toml(chosen), "accept")
+
+
+def _physical(length: float) -> Table:
+    """SI values of a bag whose L is a length."""
+    return {"length": length, "thickness": length, "young_modulus": 1e6} | {
+        key: 1.0 for key in ("areal_density", "viscosity")
+    }
 
 
 def raw(seed: int) -> Iterator[Damaged]:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from ... import loader
+from ...input_file import InputFile
 from ...kinds import KINDS
 from ...kinds.kind import TimeKind
 from ...output.forecast import Forecast
@@ -146,12 +147,23 @@ def _leaves(table: dict[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
             yield f"{path}{key}", value
 
 
-def _taken(scene: AnyScene, path: str, value: Any) -> bool:
+def _taken(scene: Any, path: str, value: Any) -> bool:
     """Whether a scene has the value that its file gives."""
     at: Any = scene
     for name in path.split("."):
         at = getattr(at, name, None)
+    if isinstance(at, InputFile):
+        return at.name == value
+    if isinstance(value, dict):
+        return _same(at, value)
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return len(at) == len(value) and all(map(_same, at, value))
     return at == (tuple(value) if isinstance(value, list) else value)
+
+
+def _same(at: Any, table: dict[str, Any]) -> bool:
+    """Whether the object of an inline table has its values."""
+    return all(_taken(at, key, value) for key, value in table.items())
 
 
 def _numbers(scene: AnyScene) -> Iterator[tuple[str, float]]:

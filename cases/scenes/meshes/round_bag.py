@@ -21,7 +21,7 @@ FLIPPED = 3  # every so many triangles
 UPPER = ((0.3, 6), (0.62, 11), (0.86, 16))
 RIM_ROWS, RIM_POINTS = 4, 18
 LOWER = ((0.17, 17), (0.5, 13), (0.83, 10))
-FILLET_ROWS, NECK_POINTS = 2, 10
+FILLET_ROWS, NECK_POINTS = 3, 12
 DISC = ((0.5, 6),)
 
 
