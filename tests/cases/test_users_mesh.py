@@ -146,6 +146,22 @@ def test_check_tells_and_draws(tmp_path, capsys):
     assert picture.stat().st_size > 20_000
 
 
+def test_check_finds_crossings(tmp_path, capsys):
+    """The top of a spheroid pushed through its bottom."""
+    points, triangles = raw_sphere(160)
+    pushed = points * [1.0, 1.0, 0.5]
+    top = np.hypot(pushed[:, 0], pushed[:, 1]) < 0.4
+    pushed[top & (pushed[:, 2] > 0.0), 2] -= 1.3
+    path = scene_file(tmp_path, model="pressure")
+    (tmp_path / "bag.stl").write_bytes(soup(100.0 * pushed, triangles))
+    overrides = ["--set", "geometry.inlet={ box = [[0.4, -1.0, -1.0], [1.0, 1.0, 1.0]] }"]
+    command = ["check", str(path), *overrides, "--picture", str(tmp_path / "check.png")]
+    assert cli.main(command) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "self-intersections YES" in said
+    assert "the bag crosses itself" in said
+
+
 @pytest.mark.parametrize("name", AWKWARD)
 def test_awkward_files_end_no_command(name, tmp_path, capsys):
     """One line with a remedy and exit code 2, or a forecast."""

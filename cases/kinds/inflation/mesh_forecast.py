@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...geometry.bag_sampler import triangulated
 from ...geometry.inspection import stretches
 from ...geometry.meshes.findings import findings
 from ...geometry.meshes.mesh_bag import MeshBag
@@ -19,6 +20,7 @@ Findings = tuple[list[Item], list[str]]
 WARNING = "warning: "  # how notes of repairs begin that should be acted upon
 CREASE = 5.0  # degrees; below, creases keep almost all edges of a curved surface sharp
 TORN = 1.9  # stretch against a reference that no cloth has: a unit is another, or the numbering
+CELLS = 3  # per side of a triangle, of the test for crossings
 FACETS = 1e-9  # distance from the facets, of the extent
 THIN = 0.02  # distance of facing sheets over the extent below which films are hard to resolve
 
@@ -35,8 +37,10 @@ def users_mesh(plan: InflationPlan) -> Findings:
         Item("nearest facing sheets", bag.narrowest, "", f"sampled; 2 V / A = {bag.gap:.3g}"),
         Item("largest kink", _largest_kink(bag), "deg", "between triangles; free of stress"),
     ]
-    more, cautions = _unfolded(plan, bag)
-    items += more
+    cautions: list[str] = []
+    for more, wrong in (_unfolded(plan, bag), _crossing(bag)):
+        items += more
+        cautions += wrong
     mended = [note.removeprefix(WARNING) for note in bag.notes if note.startswith(WARNING)]
     found = [one.text for one in findings(bag.mesh) if one.warns]
     cautions += [*_film(plan, bag), *_facets(plan, bag)]
@@ -57,6 +61,23 @@ def _unfolded(plan: InflationPlan, bag: MeshBag) -> Findings:
     return items, [
         f"98% of the bag is stretched by {found[1]:.3g} to {found[2]:.3g} against its unfolded "
         "reference: save both from one mesh in one unit, or drop geometry.reference"
+    ]
+
+
+def _crossing(bag: MeshBag) -> Findings:
+    """Whether the bag crosses itself and what its inlet faces; folded ones say it anyway."""
+    if bag.folding is not None:
+        return [], []
+    crosses = triangulated(bag, CELLS).intersects(bag.coefficients)
+    items = [
+        Item("inlet faces", bag.faces if np.isfinite(bag.faces) else "nothing", "", "outward"),
+        Item("self-intersections", "YES" if crosses else "none", "", "of the sampled bag"),
+    ]
+    if not crosses:
+        return items, []
+    return items, [
+        "the bag crosses itself, and runs refuse to start from there: mend it in a mesh tool, or "
+        "leave its inner parts out by geometry.rest"
     ]
 
 
