@@ -14,6 +14,10 @@ from typing import Any
 from .limits import SHOWN, shown
 from .sections import AnyScene, SceneError, unusual
 
+# endings of mesh files, which are given by mistake for scenes that name them
+MESHES = (".stl", ".obj", ".ply", ".off", ".msh", ".vtk", ".vtu", ".vtp", ".inp", ".bdf", ".nas",
+          ".dat", ".k", ".key", ".dyn")  # fmt: skip
+
 
 def folder() -> Any:
     """Where the shipped scenes are."""
@@ -34,6 +38,13 @@ def home_of(scene: str | Path) -> Path:
 def text_of(scene: str | Path) -> str:
     """Text of a shipped scene or of a file."""
     path = Path(scene)
+    if path.suffix.lower() in MESHES:
+        raise SceneError(
+            [
+                f"{scene}: a mesh is no scene; name it in one: a TOML file beside it with "
+                f'[geometry] kind = "mesh", file = "{path.name}" and its inlet'
+            ]
+        )
     resource = folder() / f"{scene}.toml"
     looks_like_path = path.suffix == ".toml" or len(path.parts) > 1 or isinstance(scene, Path)
     try:

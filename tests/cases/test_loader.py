@@ -288,3 +288,8 @@ def test_tables_of_a_mesh_are_checked(tmp_path, line, message):
 def test_a_mesh_needs_its_file(tmp_path):
     with pytest.raises(SceneError, match=r"geometry\.file: is needed"):
         loader.read(_file(tmp_path, MESH.replace('file = "bag.stl"\n', "")))
+
+
+def test_a_mesh_is_no_scene(tmp_path):
+    with pytest.raises(SceneError, match=r'a mesh is no scene; .* file = "Bag\.STL" and its inlet'):
+        loader.read(tmp_path / "Bag.STL")
