@@ -3,7 +3,7 @@
 The density is sought in a larger space on the same elements: the polynomials of each by itself,
 with no continuity between them; on triangles of one degree more. What the larger space adds to a
 solution is its discretisation error, but for what the larger space still misses: 0.89 to 1.19 of it
-on spheres and spheroids (`airfold bench honesty`), 0.87 to 1.04 with linear densities on raw
+on spheres and spheroids (`airfold bench honesty`), 0.97 to 1.04 with linear densities on raw
 triangles (`airfold bench meshes`), and far above 1 in gaps that the mesh does not resolve.
 """
 

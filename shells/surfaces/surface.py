@@ -134,6 +134,11 @@ class Surface(ABC):
     def sample_density(self, xi: np.ndarray, eta: np.ndarray) -> csr_matrix:
         """Density coefficients to values at local ``xi``, ``eta`` of every element.
 
+        Parameters
+        ----------
+        xi, eta : (n,) array
+            Local coordinates.
+
         Returns
         -------
         (n_elements * n, n_dofs) sparse matrix

@@ -56,7 +56,7 @@ def carried(scene: InflationScene, body: Bag) -> Carried:
     if scene.structure.law == "tension-field":
         forecast *= CLOTH
     forecast = max(forecast, LEAST * scene.structure.stiffness)
-    free = at_rest(body, forecast).reach if body.folding is not None else REACH * body.gap
+    free = at_rest(body, forecast).reach if body.flat is not None else REACH * body.gap
     return Carried(c.reach * body.gap or free, c.stiffness or STIFFNESS * forecast, forecast)
 
 

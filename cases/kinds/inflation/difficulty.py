@@ -42,14 +42,15 @@ class Touch:
 
 
 def difficulty(plan: InflationPlan) -> tuple[list[Item], list[str]]:
-    """Lines of the forecast of a folded bag, and its warnings."""
+    """Lines of the forecast of a bag that was flat once, and its warnings."""
     scene, bag = plan.scene, plan.bag
-    if bag.folding is None:
+    if bag.flat is None:
         return [], []
     items, warnings = contact_lines(bag, plan.carried)
-    pressure = opening_pressure(scene, bag)
-    if not bag.folds.squared_curvature:
+    # a file that brings its flat bag does not tell how it was folded
+    if bag.folding is None or not bag.folding.squared_curvature:
         return items, warnings
+    pressure = opening_pressure(scene, bag)
     items.append(Item("opening pressure", pressure, "", "the folds' bending energy as work"))
     for more, cautions in (
         _touch(scene, bag, pressure, carries=plan.carried is not None),

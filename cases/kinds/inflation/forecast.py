@@ -54,13 +54,13 @@ def forecast(scene: InflationScene) -> Forecast:
     more, cautions = users_mesh(plan)
     items = [*more, *items]
     warnings += cautions
-    if plan.bag.folding is not None:
-        for more, cautions in (_folds(scene, plan.bag), difficulty(plan)):
-            items += more
-            warnings += cautions
-    more, cautions = cloth(scene, plan.bag, volume(plan.bag))
-    items += more
-    warnings += cautions
+    for more, cautions in (
+        _folds(scene, plan.bag) if plan.bag.folding is not None else ([], []),
+        difficulty(plan),
+        cloth(scene, plan.bag, volume(plan.bag)),
+    ):
+        items += more
+        warnings += cautions
     if not plan.has_flow:
         items.append(Item("fluid", "none", "", "uniform pressure: no boundary integrals"))
     else:

@@ -5,6 +5,8 @@ Measured (uniform pressure or Stokes flow): `accordion-2` opens without touching
 (2.3), not at 4e-5; `roll-2` at 1.24; folded accordions of four folds spring shut.
 """
 
+from dataclasses import replace
+
 import pytest
 
 from cases import loader
@@ -83,3 +85,13 @@ def test_contact_of_cloth_without_rigidity_carries():
     assert not any("m Q length" in text for text in warnings)
     shipped = InflationPlan(loader.read("accordion-2-thin")).carried
     assert shipped.stiffness == pytest.approx(3.44e-3, rel=1e-2)
+
+
+def test_a_bag_that_was_flat_has_contact_lines_without_its_folding():
+    """As from a file that brings its unfolded bag: reach and distance at rest are those."""
+    scene, plan = found("accordion-2-coarse")
+    bare = InflationPlan(scene, replace(plan.bag, folding=None))
+    assert bare.carried.reach == plan.carried.reach
+    names = [item.name for item in difficulty(bare)[0]]
+    assert "contact reach" in names
+    assert "opening pressure" not in names
