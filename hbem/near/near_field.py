@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
+from .._threads_kernels import over
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import PointSet, SampledSurface
@@ -54,8 +55,9 @@ class NearField:
 
     def apply(self, x: np.ndarray) -> np.ndarray:
         """Product with densities ``(n_dofs, 3, k)``, threaded."""
+        x = np.ascontiguousarray(x)
         y = np.zeros(x.shape)
-        kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
+        over(len(y), kernels.multiply, self.indptr, self.indices, self.data, x, y)
         return y
 
     def apply_transposed(self, x: np.ndarray) -> np.ndarray:
@@ -115,8 +117,11 @@ def assemble(
         part = pairs.part(slice(first * nt, last * nt))
         sources_indptr = touching.indptr[first : last + 1] - touching.indptr[first]
         sources = touching.indices[touching.indptr[first] : touching.indptr[last]]
-        kernels.add_rows(
-            np.unique(dofs[table_indptr[first] : table_indptr[last]]),
+        rows = np.unique(dofs[table_indptr[first] : table_indptr[last]])
+        over(
+            rows.size,
+            kernels.add_rows,
+            rows,
             owner_indptr,
             owners,
             first,
