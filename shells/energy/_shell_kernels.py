@@ -1,15 +1,9 @@
 """Energies of shell and volume at points, with derivatives by the jets of the configuration.
 
-<<<<<<< HEAD
-Every kernel loops over a span of elements; each element writes its own slice, so results do not
-depend on the number of threads. Notation of `kirchhoff_love`: t = tangents, h = second
-derivatives, z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
-=======
 Jets (m, r, 3) of m points are t0, t1, h00, h11, h01 (r = 5; r = 2 without bending), for the volume
 x, t0, t1. First derivatives are added to S (m, r, 3), second ones to H (m, r, 6, r): the pairs
 (i, j) of their components with i <= j in the order of `PAIRS`; `JetSums` sums both over functions.
 Notation of `kirchhoff_love`: z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
->>>>>>> h-6
 """
 
 import numpy as np
@@ -17,12 +11,8 @@ from numba import njit
 
 from ._membrane_kernels import TAUT, relax, relaxed_energy, state_of
 
-<<<<<<< HEAD
-FEATURES = 11
-=======
 PAIRS = np.array([[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]])
 TWICE = np.array([1.0, 1.0, 2.0])
->>>>>>> h-6
 
 
 @njit(cache=True, error_model="numpy", nogil=True, inline="always")
@@ -58,29 +48,15 @@ def _bend(g, curvature, nu, k):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-<<<<<<< HEAD
-def energy(
-    span, jets, base, weights, metric, curvature, stiffness, flexural, share, dofs, coefficients,
-    out,
-):  # fmt: skip
-    """Membrane and bending energy of each element into out (n_elements, 2).
-=======
 def energy(g, weights, metric, curvature, stiffness, share, out):
     """Membrane and bending energy of each point into out (m, 2).
->>>>>>> h-6
 
     weights (2, m) are those of membrane and bending energy, the latter with the rigidity; a share
     k < 1 of compression asks for the tension field ``(1 - k) W_r + k W``.
     """
-<<<<<<< HEAD
-    for el in range(span[0], span[1]):
-        g, nu = np.empty((5, 3)), np.empty(3)
-        e, k = np.empty(3), np.empty(3)
-=======
     e, k, nu = np.empty(3), np.empty(3), np.empty(3)
     for p in range(g.shape[0]):
         C, wm, wb = stiffness[p], 0.5 * weights[0, p], 0.5 * weights[1, p]
->>>>>>> h-6
         membrane = bending = 0.0
         _stretch(g[p], metric[p], e)
         if share < 1.0:
@@ -144,64 +120,6 @@ def membrane(g, weights, metric, stiffness, share, tangent, S, H):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-<<<<<<< HEAD
-def force_and_tangent(
-    span,
-    jets,
-    base,
-    weights,
-    metric,
-    curvature,
-    stiffness,
-    flexural,
-    share,
-    dofs,
-    coefficients,
-    tangent,
-    R,
-    K,
-):
-    """Variations [T 2.18a, b]: first into R (n_elements, 3 nb), second into K (.., 3 nb, 3 nb).
-
-    weights and share are those of `energy`.
-    """
-    nb = dofs.shape[1]
-    nd = 3 * nb
-    for el in range(span[0], span[1]):
-        g, nu, H = np.empty((5, 3)), np.empty(3), np.empty(3)
-        e, k, n, m = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-        left, right = np.empty((FEATURES, nd)), np.empty((FEATURES, nd))
-        Bm, Bb, dnu = left[0:3], left[3:6], left[6:9]
-        nuz, Hdnu = left[9], left[10]
-        stress, moduli = np.empty(3), np.empty((3, 3))
-        R[el] = 0.0
-        if tangent:
-            K[el] = 0.0
-        for q in range(weights.shape[2]):
-            wm, wb = weights[0, el, q], flexural * weights[1, el, q]
-            if wm == 0.0 and wb == 0.0:
-                continue
-            C = stiffness[el, q]
-            _point_jets(jets[el, q], base[el, q], dofs[el], coefficients, g)
-            J = _strains(g, metric[el, q], curvature[el, q], nu, e, k)
-            D = C  # of the membrane
-            for r in range(3):
-                n[r] = wm * (C[r, 0] * e[0] + C[r, 1] * e[1] + C[r, 2] * e[2])
-                m[r] = wb * (C[r, 0] * k[0] + C[r, 1] * k[1] + C[r, 2] * k[2])
-            if share < 1.0:
-                state = state_of(e, C)
-                if state != TAUT:
-                    relax(e, C, state, share, stress, moduli)
-                    D = moduli
-                    for r in range(3):
-                        n[r] = wm * stress[r]
-            if wb == 0.0:
-                membrane_alone(jets[el, q], g, wm, n, D, left, right, tangent, R[el], K[el])
-                continue
-            _first_variations(jets[el, q], g, nu, J, n, m, Bm, Bb, dnu, nuz, Hdnu, H)
-            for r in range(nd):
-                total = 0.0
-=======
 def bending(g, weights, curvature, stiffness, tangent, S, H):
     """Derivatives of the bending energy; weights (m,) carry the rigidity."""
     k, m, nu, h, t = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -238,7 +156,6 @@ def bending(g, weights, curvature, stiffness, tangent, S, H):
         for d in range(2):
             for i in range(3):
                 along[d, i] = _dot(nu, dz[d, i])
->>>>>>> h-6
                 for c in range(3):
                     dnu[d, i, c] = (dz[d, i, c] - along[d, i] * nu[c]) / J
                 for c in range(3):
@@ -267,60 +184,11 @@ def bending(g, weights, curvature, stiffness, tangent, S, H):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-<<<<<<< HEAD
-def volume_terms(span, values, dw, dofs, coefficients, order, Q, R, K):
-    """Enclosed volume [T 2.27] of each element with its exact variations [T 2.30].
-=======
 def volume(g, thirds, order, Q, S, H):
     """Enclosed volume [T 2.27] of each point into Q (m,), with its derivatives [T 2.30].
->>>>>>> h-6
 
     thirds (m,) are a third of the parametric weights; order 0 fills Q, 1 also S, 2 also H.
     """
-<<<<<<< HEAD
-    nb = dofs.shape[1]
-    for el in range(span[0], span[1]):
-        x, t0, t1 = np.empty(3), np.empty(3), np.empty(3)
-        z, u, v = np.empty(3), np.empty(3), np.empty(3)
-        Q[el] = 0.0
-        if order > 0:
-            R[el] = 0.0
-        if order > 1:
-            K[el] = 0.0
-        for q in range(dw.shape[1]):
-            third = dw[el, q] / 3.0
-            x[:] = 0.0
-            t0[:] = 0.0
-            t1[:] = 0.0
-            for a in range(nb):
-                for i in range(3):
-                    c = coefficients[dofs[el, a], i]
-                    x[i] += values[el, q, a, 0] * c
-                    t0[i] += values[el, q, a, 1] * c
-                    t1[i] += values[el, q, a, 2] * c
-            _cross(t0, t1, z)
-            Q[el] += third * (x[0] * z[0] + x[1] * z[1] + x[2] * z[2])
-            if order < 1:
-                continue
-            _cross(t1, x, u)
-            _cross(x, t0, v)
-            for a in range(nb):
-                N, N0, N1 = values[el, q, a, 0], values[el, q, a, 1], values[el, q, a, 2]
-                for i in range(3):
-                    R[el, 3 * a + i] += third * (N * z[i] + N0 * u[i] + N1 * v[i])
-            if order < 2:
-                continue
-            for a in range(nb):
-                N, N0, N1 = values[el, q, a, 0], values[el, q, a, 1], values[el, q, a, 2]
-                for b in range(nb):
-                    M, M0, M1 = values[el, q, b, 0], values[el, q, b, 1], values[el, q, b, 2]
-                    p1, p0, p = N * M0 - M * N0, M * N1 - N * M1, N0 * M1 - M0 * N1
-                    for k in range(3):
-                        w = third * (p1 * t1[k] + p0 * t0[k] + p * x[k])
-                        i, j = (k + 1) % 3, (k + 2) % 3
-                        K[el, 3 * a + i, 3 * b + j] += w
-                        K[el, 3 * a + j, 3 * b + i] -= w
-=======
     z = np.empty(3)
     for p in range(g.shape[0]):
         w, x = thirds[p], g[p]
@@ -341,4 +209,3 @@ def volume(g, thirds, order, Q, S, H):
                 value = sign * x[(d + 2) % 3, 3 - i - j]
                 H[p, d, s, (d + 1) % 3] += value
                 H[p, (d + 1) % 3, s, d] -= value
->>>>>>> h-6

@@ -17,7 +17,6 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import ElementForm, Scatter
 from .frame import fundamental_forms
@@ -147,13 +146,6 @@ class KirchhoffLove(ShellEnergy):
         (n_elements, m) array and (n_elements, m, m) array
             The second is empty where no tangent is asked for.
         """
-<<<<<<< HEAD
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        R = np.empty((ne, nd))
-        K = np.empty((ne, nd, nd) if tangent else (1, 1, 1))
-        over(ne, kernels.force_and_tangent, *self._arguments(x, tangent, R, K))
-        return R, K
-=======
         found = list(self._variations(x, tangent))
         R, K = (np.concatenate([f[k] for f in found]) for k in (1, 2))
         return R.reshape(len(R), -1), whole(K)
@@ -169,7 +161,6 @@ class KirchhoffLove(ShellEnergy):
                 more, stiffer = points.variations(c, tangent, part)
                 R, K = R + more, K + stiffer
             yield part, R, K
->>>>>>> h-6
 
     @property
     def elasticity(self) -> np.ndarray:
@@ -196,16 +187,10 @@ class KirchhoffLove(ShellEnergy):
         return (t.metric, t.curvature), first, second
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-<<<<<<< HEAD
-        out = np.empty((self._dofs.shape[0], 2))
-        over(out.shape[0], kernels.energy, *self._arguments(x, out))
-        membrane, bending = out.sum(axis=0)
-=======
         c = np.asarray(x, dtype=float).reshape(-1, 3)
         parts = blocks(len(self._dofs))
         found = [points.energy(c, part) for part in parts for points in self._sets]
         membrane, bending = np.sum(found, axis=0)
->>>>>>> h-6
         return float(membrane), float(bending)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:

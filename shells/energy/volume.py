@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, identity, kron
 
-from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import Scatter
 from ..surfaces.spline_surface import SplineSurface
@@ -49,16 +48,6 @@ class EnclosedVolume(Enclosure):
         self._weights = basis.parameter_weights
         self._blocks = BlockScatter([self._sums.dofs], basis.surface.n_coefficients)
 
-<<<<<<< HEAD
-    def _elements(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        Q = np.empty(ne)
-        R = np.empty((ne, nd) if order > 0 else (1, 1))
-        K = np.empty((ne, nd, nd) if order > 1 else (1, 1, 1))
-        c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3) - self.apex)
-        over(ne, kernels.volume_terms, self._values, self._dw, self._dofs, c, order, Q, R, K)
-        return Q, R, K
-=======
     def _sum(self, x: np.ndarray, order: int) -> tuple[float, np.ndarray, np.ndarray]:
         """Q, vector of Q' and data of Q'' as far as the order goes."""
         c = np.asarray(x, dtype=float).reshape(-1, 3) - self.apex
@@ -73,7 +62,6 @@ class EnclosedVolume(Enclosure):
             if order > 1:
                 self._blocks.add(data, 0, sums.tangent(H, part), part)
         return float(Q.sum()) + self.offset, self._blocks.vector(0, R), data
->>>>>>> h-6
 
     def value(self, x: np.ndarray) -> float:
         return self._sum(x, 0)[0]

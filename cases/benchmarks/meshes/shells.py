@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 from skfem import LinearForm
 
-from shells import _threads_kernels as kernels
 from shells.conditions.supports import extraction, pin, supported
 from shells.conditions.triangle_edges import edge_load, hold_edges, rim_edges
 from shells.energy.kinks.edge_tables import HeldSlopes

@@ -56,43 +56,6 @@ def point_force(v, n, J, moduli, dtheta, dM, turn):
         a, along = _dot(g, t) / tt, _dot(m, n[s])
         q, p = turn[s, 0], turn[s, 1]
         for i in range(3):
-<<<<<<< HEAD
-            c = coefficients[dofs[a], i]
-            v[0, i] += trace[a, 0] * c
-            for s in range(sides):
-                v[1 + s, i] += trace[a, 1 + s] * c
-                v[3 + s, i] += trace[a, 3 + s] * c
-    for s in range(sides):
-        for k in range(beside.shape[1]):
-            a = nt + s * beside.shape[1] + k
-            for i in range(3):
-                c = coefficients[dofs[a], i]
-                v[1 + s, i] += beside[s, k, 0] * c
-                v[3 + s, i] += beside[s, k, 1] * c
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def energy(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, out):
-    """Energy of each edge into out (n_edges,)."""
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        total = 0.0
-        for q in range(weights.shape[1]):
-            _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], moduli[e], n, J)
-            total += weights[e, q] * theta * (0.5 * stiffness[e] * theta - moment)
-        out[e] = total
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def kinks(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, theta):
-    """Kinks less the stress-free ones into theta (n_edges, n_points)."""
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        for q in range(weights.shape[1]):
-            _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta[e, q] = kink(v, free[e, q], moduli[e], n, J)[0]
-=======
             q[i] = T / J[s] * n[s, i]
             p[i] = (m[i] - along * n[s, i]) / J[s]
             dtheta[1 + s, i] = sign * q[i]
@@ -104,7 +67,6 @@ def kinks(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, co
             j, k = (i + 1) % 3, (i + 2) % 3
             dM[1 + s, i] = moduli[s] * (t[j] * p[k] - t[k] * p[j])
             dM[0, i] += moduli[s] * (p[j] * g[k] - p[k] * g[j])
->>>>>>> h-6
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -146,79 +108,6 @@ def point_tangent(v, n, J, moduli, theta, bend, stiffness, dtheta, dM, turn, dn,
         on_normal = _dot(m, nu) * inverse * inverse
         X, M = 1 + s, 3 + s
         for i in range(3):
-<<<<<<< HEAD
-            row = K[3 * a + i]
-            for x in range(5):
-                factor, source = trace[a, x], right[3 * x + i]
-                for c in range(3 * a + 3):
-                    row[c] += factor * source[c]
-    for s in range(sides):
-        for b in range(k):
-            a = nt + s * k + b
-            f, h = beside[s, b, 0], beside[s, b, 1]
-            for i in range(3):
-                row, by_g, by_m = K[3 * a + i], right[3 * (1 + s) + i], right[3 * (3 + s) + i]
-                if f == 0.0:
-                    for c in range(3 * a + 3):
-                        row[c] += h * by_m[c]
-                else:
-                    for c in range(3 * a + 3):
-                        row[c] += f * by_g[c] + h * by_m[c]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def force_and_tangent(
-    span,
-    dofs,
-    trace,
-    beside,
-    fixed,
-    weights,
-    free,
-    moduli,
-    stiffness,
-    coefficients,
-    tangent,
-    R,
-    K,
-):
-    """Variations: first into R (n_edges, 3 m), second into K (n_edges, 3 m, 3 m).
-
-    Of K only rows up to their own block are filled. trace (n_edges, n_points, nt, 5) holds the
-    five vectors' parts of the edge's own functions, beside (.., sides, k, 2) g and m of the others;
-    fixed (.., 3) is g2 where the edge has one side, else zero.
-    """
-    nt, sides, k = trace.shape[2], beside.shape[2], beside.shape[3]
-    m = dofs.shape[1]
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        dtheta, dM, slope = np.empty((5, 3)), np.empty((5, 3)), np.empty((5, 3))
-        turn = np.empty((2, 4, 3))
-        dn, H, right = np.empty((2, 3, 3)), np.empty((5, 3, 5, 3)), np.empty((15, 3 * m))
-        flat = H.reshape(15, 15)
-        R[e] = 0.0
-        if tangent:
-            K[e] = 0.0
-        for q in range(weights.shape[1]):
-            T, B = trace[e, q], beside[e, q]
-            _vectors(T, B, dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], moduli[e], n, J)
-            bend, w = stiffness[e] * theta - moment, weights[e, q]
-            point_force(v, n, J, moduli[e], dtheta, dM, turn)
-            for x in range(5):
-                for i in range(3):
-                    slope[x, i] = w * (bend * dtheta[x, i] - theta * dM[x, i])
-                    for a in range(nt):
-                        R[e, 3 * a + i] += slope[x, i] * T[a, x]
-            for s in range(sides):
-                for b in range(k):
-                    for i in range(3):
-                        force = slope[1 + s, i] * B[s, b, 0] + slope[3 + s, i] * B[s, b, 1]
-                        R[e, 3 * (nt + s * k + b) + i] += force
-            if tangent:
-                point_tangent(
-                    v, n, J, moduli[e], theta, bend, stiffness[e], dtheta, dM, turn, dn, H
-=======
             i1, i2 = (i + 1) % 3, (i + 2) % 3
             mg_i = t[i1] * p[i2] - t[i2] * p[i1]
             mt_i = p[i1] * g[i2] - p[i2] * g[i1]
@@ -236,7 +125,6 @@ def force_and_tangent(
                 H[X, i, X, j] -= size * (
                     (ag[i] * mg_j + ag[j] * mg_i) * inverse
                     + on_normal * (same * tt - t[i] * t[j] - ag[i] * ag[j])
->>>>>>> h-6
                 )
                 H[0, i, 0, j] -= size * (
                     (at[i] * mt_j + at[j] * mt_i) * inverse

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..._threads_kernels import over
 from ...surfaces.triangles.triangle_basis import TriangleBasis
 from ..material import Material
 from ..points.block_scatter import BlockScatter
@@ -49,48 +48,6 @@ class KinkEnergy:
 
     def energy(self, x: np.ndarray) -> float:
         """Their energy at coefficients ``x (n_coefficients, 3)``."""
-<<<<<<< HEAD
-        total = 0.0
-        for b in self.batches:
-            out = np.empty(b.edges.size)
-            over(out.size, kernels.energy, *_arguments(b, x, out))
-            total += float(out.sum())
-        return total
-
-    def forces(self, x: np.ndarray) -> list[np.ndarray]:
-        """First variations of each batch, ``(n, 3 m)``."""
-        found = []
-        for b in self.batches:
-            found.append(np.empty((b.edges.size, 3 * b.dofs.shape[1])))
-            none = np.empty((1, 1, 1))
-            over(b.edges.size, kernels.force_and_tangent, *_arguments(b, x, False, found[-1], none))
-        return found
-
-    def tangents(
-        self, x: np.ndarray, blocks: BlockScatter, data: np.ndarray, first: int
-    ) -> list[np.ndarray]:
-        """First variations as `forces`; second ones added to data, of groups from ``first`` on."""
-        found = []
-        for group, b in enumerate(self.batches, first):
-            n, m = b.dofs.shape
-            R, K = np.empty((n, 3 * m)), np.empty((min(n, BLOCK), 3 * m, 3 * m))
-            for start in range(0, n, BLOCK):
-                part = slice(start, min(start + BLOCK, n))
-                own = K[: part.stop - start]
-                arguments = _arguments(b, x, True, R[part], own, part=part)
-                over(len(own), kernels.force_and_tangent, *arguments)
-                blocks.add(data, group, own, part)
-            found.append(R)
-        return found
-
-    def changes(self, x: np.ndarray) -> list[np.ndarray]:
-        """Kinks less the stress-free ones at the Gauss points of each batch."""
-        found = []
-        for b in self.batches:
-            found.append(np.empty(b.weights.shape))
-            over(b.edges.size, kernels.kinks, *_arguments(b, x, found[-1]))
-        return found
-=======
         return sum(float(self._points(b, x)[1].sum()) for b in self.batches)
 
     def changes(self, x: np.ndarray) -> list[np.ndarray]:
@@ -118,7 +75,6 @@ class KinkEnergy:
                     blocks.add(data, group, b.sums.tangent(H, part), part)
             total += blocks.vector(group, R)
         return total
->>>>>>> h-6
 
 
 def kink_energy(
