@@ -67,6 +67,8 @@ def whole(K: np.ndarray) -> np.ndarray:
     n, m = K.shape[:2]
     full = np.empty((n, m, 3, m, 3))
     for s, (i, j) in enumerate(PAIRS):
-        full[:, :, i, :, j] = K[:, :, s]
-        full[:, :, j, :, i] = K[:, :, s].swapaxes(1, 2)
+        block = K[:, :, s]
+        if i == j:  # read once, as `add_blocks` does
+            block = np.tril(block) + np.tril(block, -1).swapaxes(1, 2)
+        full[:, :, i, :, j], full[:, :, j, :, i] = block, block.swapaxes(1, 2)
     return full.reshape(n, 3 * m, 3 * m)
