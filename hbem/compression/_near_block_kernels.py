@@ -8,7 +8,7 @@ blocks and values: results do not depend on threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet_components, stresslet_components
 
@@ -92,17 +92,17 @@ def one_block(
             at_t[a] = k
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def near_blocks(
-    order, clusters_t, clusters_s, mirror, item_ptr, items, point_ptr, points, positions, normals,
-    tiny, basis_ptr, basis_rows, basis_values, data_ptr, data,
+    span, order, clusters_t, clusters_s, mirror, item_ptr, items, point_ptr, points, positions,
+    normals, tiny, basis_ptr, basis_rows, basis_values, data_ptr, data,
 ):  # fmt: skip
     """All near blocks of a list, the mirrored ones (number ``mirror[k] >= 0``) included.
 
     Points of a cluster and rows of a basis column increase. ``data_ptr (n + 1,)`` points to the
     blocks within ``data``.
     """
-    for o in prange(order.size):
+    for o in range(span[0], span[1]):
         k = order[o]
         t, s = clusters_t[k], clusters_s[k]
         pt, ps = points[point_ptr[t] : point_ptr[t + 1]], points[point_ptr[s] : point_ptr[s + 1]]
@@ -127,10 +127,10 @@ def near_blocks(
                         turned[c, a, b] = block[c, b, a]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def apply_blocks(leaf_ptr, partner_ptr, partners, data_ptr, data, x, y):
+@njit(cache=True, error_model="numpy", nogil=True)
+def apply_blocks(span, leaf_ptr, partner_ptr, partners, data_ptr, data, x, y):
     """Add near blocks times ``x (k, 3, n)`` to ``y (k, 3, n)``, both in tree order."""
-    for leaf in prange(leaf_ptr.size - 1):
+    for leaf in range(span[0], span[1]):
         first, m = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf]
         total = np.zeros((x.shape[0], 3, m))
         for k in range(partner_ptr[leaf], partner_ptr[leaf + 1]):

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
+from .._threads_kernels import over
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners, refuse_above
 from .nested_bases import ETA, Bases, nested_bases
@@ -82,9 +83,9 @@ class H2Matrix(Compressed):
         )  # fmt: skip
         for s in reversed(bases.levels):
             target = y if s.leaf else potentials
-            kernels.down(
-                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, target,
-                s.skeleton_ptr, potentials,
+            over(
+                s.starts.size, kernels.down, s.starts, s.counts, s.kept, s.picks, s.pick_ptr,
+                s.T_ptr, s.T, target, s.skeleton_ptr, potentials,
             )  # fmt: skip
         at, ptr = self._points_at, self._leaf_ptr
         self.kernel.sums_between(at, ptr, at, ptr, *self._near[:2], inside, y)
@@ -96,9 +97,9 @@ class H2Matrix(Compressed):
         """Equivalent charges of all nodes, from charges at the points."""
         for s in self.sources.levels:
             source = inside if s.leaf else charges
-            kernels.up(
-                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, source,
-                s.skeleton_ptr, charges,
+            over(
+                s.starts.size, kernels.up, s.starts, s.counts, s.kept, s.picks, s.pick_ptr,
+                s.T_ptr, s.T, source, s.skeleton_ptr, charges,
             )  # fmt: skip
 
 

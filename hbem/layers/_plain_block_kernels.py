@@ -48,25 +48,25 @@ def element_kernels(x, sources, strengths, tiny, kernels):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def tested_sums(
-    first, targets, target_weights, test_indptr, test_indices, test_values, sources, weights,
-    values, table_indptr, dofs, elements, functions, same, tiny,
+    targets, target_weights, test_indptr, test_indices, test_values, sources, weights, values,
+    table_indptr, dofs, same, tiny, first, elements, functions,
 ):  # fmt: skip
     """Entries of the functions at one sweep's targets with those of some source elements.
 
     Parameters
     ----------
-    first : int
-        Number of the first target.
     targets, target_weights : (n_targets, 3), (n_targets,) array
     test_indptr, test_indices, test_values : arrays
         Density functions at the targets, CSR.
     sources, weights : (n_elements, n_q, 3), (n_elements, n_q) array
     values : (n_rows, n_q) array
         Density functions at the source points, by table row.
-    elements, functions : (m,), (n,) int array
-        Source elements, increasing, and the functions whose sums are wanted.
     same : bool
         Outer and source points are the same.
+    first : int
+        Number of the sweep's first target.
+    elements, functions : (m,), (n,) int array
+        Source elements, increasing, and the functions whose sums are wanted.
 
     Returns
     -------
@@ -85,7 +85,9 @@ def tested_sums(
     nq = sources.shape[1]
     kernels, strengths = np.empty((nq, 6, LANES)), np.empty(nq)
     flat = kernels.reshape(nq, 6 * LANES)
-    most = np.max(np.diff(table_indptr))
+    most = 0
+    for f in elements:
+        most = max(most, table_indptr[f + 1] - table_indptr[f])
     potentials = np.empty((most, 6 * LANES))
     columns = np.empty((functions.size, 6 * LANES))
     used, count = np.empty(functions.size, np.int64), 0

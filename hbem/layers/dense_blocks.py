@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -23,7 +23,7 @@ from . import _plain_block_kernels as kernels
 
 Consume = Callable[[int, np.ndarray], np.ndarray]  # number of a subdomain and its block
 SHARED_BYTES = 1e9  # blocks of subdomains that share entries; these take a third of it
-Entries = tuple[np.ndarray, np.ndarray, np.ndarray]  # indptr, indices, data (nnz, 6)
+Entries = tuple[np.ndarray, np.ndarray, np.ndarray]  # of a CSR matrix, data (nnz, 6)
 AHEAD = 64  # sweeps whose sums may wait for their turn
 
 
@@ -54,17 +54,18 @@ class ExactBlocks:
         done: list[np.ndarray] = []
         with workers() as pool:
             for group in _groups(subdomains):
-                plain = self._plain(subdomains[group], pool)
-                part = range(group.start, group.stop)
-                done += pool.map(lambda k: consume(k, self._block(subdomains[k], plain)), part)
+                one = partial(self._consumed, consume, self._plain(subdomains[group], pool))
+                done += pool.map(one, range(group.start, group.stop), subdomains[group])
         return done
 
-    def _block(self, functions: np.ndarray, plain: Entries) -> np.ndarray:
-        same, near = self.surface.source is self.surface.outer, self.near
-        block = np.zeros((3 * functions.size,) * 2)
+    def _consumed(
+        self, consume: Consume, plain: Entries, k: int, functions: np.ndarray
+    ) -> np.ndarray:
+        near, block = self.near, np.zeros((3 * functions.size,) * 2)
+        same = self.surface.source is self.surface.outer
         kernels.add_block(functions, *plain, same, block)
         kernels.add_block(functions, near.indptr, near.indices, near.data, False, block)
-        return block
+        return consume(k, block)
 
     def _plain(self, subdomains: Sequence[np.ndarray], pool: Executor) -> Entries:
         """Plain entries between all functions that share a subdomain, each computed once.
@@ -84,10 +85,10 @@ class ExactBlocks:
         elements.sort_indices()
         data = np.zeros((indices.size, 6))
 
-        def sums(i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            return kernels.tested_sums(
-                starts[i], *self._points, _row(elements, i), _row(functions, i), *self._options
-            )
+        tested: Callable[..., Entries] = kernels.tested_sums
+
+        def sums(i: int) -> Entries:
+            return tested(*self._inputs, starts[i], _row(elements, i), _row(functions, i))
 
         active = np.flatnonzero(np.diff(around.indptr))
         for ahead in np.split(active, np.arange(AHEAD, active.size, AHEAD)):
@@ -96,11 +97,10 @@ class ExactBlocks:
         return indptr, indices, data
 
     @cached_property
-    def _points(self) -> tuple[np.ndarray, ...]:
+    def _inputs(self) -> tuple:
         """Targets, their functions, sources and theirs, as the kernel takes them."""
         s = self.surface
-        outer, source, p = s.outer, s.source, s.patches
-        basis = s.basis
+        outer, source, p, basis = s.outer, s.source, s.patches, s.basis
         return (
             outer.offsets,
             outer.weights,
@@ -112,12 +112,9 @@ class ExactBlocks:
             np.ascontiguousarray(table_values(s, source)),
             np.ascontiguousarray(p.indptr, dtype=np.int64),
             np.ascontiguousarray(p.dofs, dtype=np.int64),
+            source is outer,
+            coincident_distance_squared(s),
         )
-
-    @cached_property
-    def _options(self) -> tuple[bool, float]:
-        s = self.surface
-        return s.source is s.outer, coincident_distance_squared(s)
 
     @cached_property
     def _carriers(self) -> csr_matrix:
