@@ -69,17 +69,6 @@ class NearField:
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
         return bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n_dofs,) * 2)
 
-    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """Dense part ``(len(rows), len(columns), 6)`` for some test and density functions."""
-        position = np.full(self.n_dofs, -1)
-        position[columns] = np.arange(columns.size)
-        out = np.zeros((rows.size, columns.size, 6))
-        for i, a in enumerate(rows):
-            line = slice(self.indptr[a], self.indptr[a + 1])
-            at = position[self.indices[line]]
-            out[i, at[at >= 0]] = self.data[line][at >= 0]
-        return out
-
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
     """Assemble the near field of the single layer."""
