@@ -12,11 +12,11 @@ from hbem import _stokes_kernels as owner
 from hbem.compression import _cluster_sum_kernels, _near_block_kernels
 from hbem.compression._cross_approximation_kernels import SAMPLES, cross
 from hbem.flows import _field_kernels
-from hbem.layers import _dense_block_kernels, _dense_layer_kernels
 from hbem.layers import _double_layer_kernels as double_layer
+from hbem.layers import _plain_block_kernels as plain_block
 from hbem.layers import _point_sum_kernels as point_sums
 from hbem.near._patch_lane_kernels import LANES
-from hbem.near._vector_kernels import kernel_values
+from hbem.near._vector_kernels import point_values
 from hbem.surfaces.quadrature import gauss_tables
 
 SIX = np.array([0, 1, 2, 4, 5, 8])  # components 00 01 02 11 12 22 of a 3x3 matrix
@@ -91,23 +91,26 @@ def test_point_sums(rng):
     agree(out.reshape(2, 3, 64), expected)
 
 
-def test_dense_single_layer(rng):
-    x, y, w = rng.normal(size=(2, 5, 3)), rng.normal(size=(2, 4, 3)), rng.random((2, 4))
-    x[1, 0] = y[1, 0]
-    targets, indptr, rows = x.transpose(0, 2, 1).copy(), np.array([0, 4, 8]), np.arange(8)
-    each_source, each_target = np.tile(np.eye(4), (2, 1)), np.tile(np.eye(5)[:4], (2, 1))
-    expected = six(kernels(x.reshape(-1, 3), y.reshape(-1, 3))) * w.reshape(-1)[:, None]
-    columns = np.empty((2, 8, 30))
-    _dense_layer_kernels.source_columns(
-        (0, 2), targets, y, w, each_source, indptr, rows, TINY, columns
-    )
-    agree(columns.reshape(2, 8, 6, 5).transpose(0, 3, 1, 2).reshape(10, 8, 6), expected)
-    block = np.zeros((8, 8, 6))
-    _dense_block_kernels.plain_block(
-        np.arange(2), targets, np.ones((2, 5)), each_target, y, w, each_source, indptr, rows,
-        False, TINY, block,
-    )  # fmt: skip
-    agree(block, expected.reshape(2, 5, 8, 6)[:, :4].reshape(8, 8, 6))
+@pytest.mark.parametrize("same", [False, True])
+def test_plain_block(rng, same):
+    """Two sweeps of targets, the second not full; every point has its own function."""
+    y, w = rng.normal(size=(40, 3)), rng.random(40)
+    x = y if same else rng.normal(size=(40, 3))
+    x[1] = y[5]
+    entries, all_ = np.zeros((1600, 6)), np.arange(40)
+    indptr, indices = np.arange(0, 1601, 40), np.tile(all_, 40)
+    for first in (0, 32):
+        found = plain_block.tested_sums(
+            x, w, np.arange(41), all_, np.ones(40), y.reshape(10, 4, 3), w.reshape(10, 4),
+            np.tile(np.eye(4), (10, 1)), np.arange(0, 41, 4), all_, same, TINY, first,
+            np.arange(10), all_,
+        )  # fmt: skip
+        plain_block.add_sums(*found, indptr, indices, entries)
+    chosen, block = rng.permutation(40)[:7], np.zeros((21, 21))
+    plain_block.add_block(chosen, indptr, indices, entries, same, block)
+    expected = w[:, None, None, None] * kernels(x, y) * w[:, None, None]
+    expected = expected[np.ix_(chosen, chosen)].transpose(0, 2, 1, 3)
+    agree(block, expected.reshape(21, 21))
 
 
 def test_double_layer_sums(rng):
@@ -177,20 +180,19 @@ def test_cross_approximation(rng, double):
 def test_fused_near_rule(rng, degree, layer):
     """The near rule keeps a form of its own for the single layer: the surface element is inside."""
     target, sigma = rng.normal(size=(3, LANES)), rng.uniform(-1.0, 1.0, LANES)
-    row, w = rng.normal(size=(2, 3, degree + 1, LANES)), rng.random((2, LANES))
+    row = rng.normal(size=(2, 3, degree + 1, LANES))
     powers = sigma ** np.arange(degree + 1)[:, None]
     slopes = np.arange(1, degree + 1)[:, None] * powers[:-1]
     y, along_t = np.einsum("kcix,ix->kxc", row, powers)
     normal = np.cross(np.einsum("cix,ix->xc", row[0, :, 1:], slopes), along_t)
-    out, place = np.empty(6 * LANES), np.empty(9 * LANES)
-    kernel_values(
-        degree, layer, target.ravel(), row.ravel(), sigma, w[0], w[1], TINY, place, out
-    )  # fmt: skip
+    row[0, :, 0] -= target
+    out, form = np.empty(6 * LANES), ((0.0,) * (degree + 1), (0.0,) * 3, (0.0,) * layer)
+    point_values(form, row.ravel(), sigma, TINY, out)
     at = np.arange(LANES)
     expected = six(kernels(target.T, y, normal if layer == 1 else None)[at, at])
     if layer == 0:
         expected *= np.linalg.norm(normal, axis=1)[:, None]
-    agree(out.reshape(6, LANES).T, expected * (w[0] * w[1])[:, None])
+    agree(owner.OVER_8_PI * out.reshape(6, LANES).T, expected)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.5])
