@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from hbem.surfaces.surface_points import SampledSurface
 
 NEWS = 2.0  # seconds between lines
-KERNELS = 106  # that the shares compile, each process counting for itself
+KERNELS = 171  # that the shares compile, each process counting for itself
 # shares of the kernels, and the last that each compiles
 NEAR, DENSE, SHELLS = "near field", "dense layers", "shells"
 LAST = {
     NEAR: ("hbem.layers._point_sum_kernels", "single_layer_block_sums"),
-    DENSE: ("hbem.layers._dense_block_kernels", "plain_block"),
-    SHELLS: ("shells.energy._shell_kernels", "volume_terms"),
+    DENSE: ("hbem.layers._plain_block_kernels", "add_block"),
+    SHELLS: ("shells.energy._shell_kernels", "volume"),
 }
 
 
@@ -47,8 +47,9 @@ def kernels_ready(scene: AnyScene, console: Console) -> Iterator[None]:
     with event.install_listener("numba:compile", _News(console)):
         if scene.kind in ("inflation", "capsule") and _has_flow(scene):
             cold = [share for share in LAST if _is_cold(*LAST[share])]
-            if NEAR in cold and len(cold) > 1 and usable_cores() > 1:
-                _side_by_side([[NEAR], [share for share in cold if share != NEAR]], console)
+            if {NEAR, DENSE} <= set(cold) and usable_cores() > 1:
+                degree = getattr(getattr(scene, "mesh", None), "degree", 2)
+                _side_by_side([[s for s in cold if s != DENSE], [DENSE]], degree, console)
         yield
 
 
@@ -68,7 +69,7 @@ def _is_cold(module: str, name: str) -> bool:
     return all(index.stat().st_mtime < source.stat().st_mtime for index in found)
 
 
-def _side_by_side(parts: Sequence[Sequence[str]], console: Console) -> None:
+def _side_by_side(parts: Sequence[Sequence[str]], degree: int, console: Console) -> None:
     """One process for each part; whatever becomes of them, the run can go on."""
     root = str(Path(__file__).parents[2])
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -78,7 +79,7 @@ def _side_by_side(parts: Sequence[Sequence[str]], console: Console) -> None:
     with suppress(OSError), tempfile.TemporaryFile() as compiled:  # a byte for each kernel
         try:
             for part in parts:
-                command = [sys.executable, "-m", __name__, *part]
+                command = [sys.executable, "-m", __name__, str(degree), *part]
                 running.append(
                     subprocess.Popen(
                         command, env=environment, stdout=compiled, stderr=subprocess.DEVNULL
@@ -131,25 +132,25 @@ class _Byte(event.Listener):
         pass
 
 
-def _surface() -> tuple[SampledSurface, QuadratureOrders]:
+def _surface(degree: int) -> tuple[SampledSurface, QuadratureOrders]:
     from hbem.surfaces.quadrature import QuadratureOrders
     from hbem.surfaces.surface_points import sample
 
-    from ..geometry.bodies import sphere
+    from ..geometry.bodies import fitted, sphere
 
-    body, orders = sphere(3, 4), QuadratureOrders()
+    body, orders = fitted(sphere(3, 4, degree=degree)), QuadratureOrders()
     x = body.coefficients
     assert x is not None  # of a body
     return sample(body, x, orders), orders
 
 
-def near_field() -> None:
+def near_field(degree: int) -> None:
     """Moments of near pairs: of a point on its element, and on the next; point sums."""
     from hbem.layers.point_sums import single_layer_sums
     from hbem.near.closest_point import ClosestPoints, NearPairs
     from hbem.near.near_rules import near_moments
 
-    surface, orders = _surface()
+    surface, orders = _surface(degree)
     x = surface.outer.offsets
     rows = np.array([[0.5, 0.5, -1.0, -1.0, 1.0], [0.5, 0.5, 0.5, 0.5, 1.0]])
     pairs = NearPairs(
@@ -165,25 +166,25 @@ def near_field() -> None:
     single_layer_sums(x, x, x[:, :, None])
 
 
-def dense_layers() -> None:
+def dense_layers(degree: int) -> None:
     """Near pairs, a near field without moments, the dense layer and its blocks."""
     from hbem.layers.dense_blocks import ExactBlocks
     from hbem.layers.dense_layer import StoredSingleLayer
     from hbem.near.closest_point import outer_pairs
     from hbem.near.near_field import assemble
 
-    surface, orders = _surface()
+    surface, orders = _surface(degree)
     x = surface.outer.offsets
     functions = (surface.patches.density_degree + 1) ** 2
     pairs = outer_pairs(surface, orders, slice(0, len(x)))
     near = assemble(surface, pairs, lambda part: np.zeros((part.n_pairs, functions, 6)))
     near.apply(np.zeros((surface.patches.n_dofs, 3, 1)))
     StoredSingleLayer(surface, near)
-    ExactBlocks(surface, near)(np.arange(2))
+    ExactBlocks(surface, near).map_blocks([np.arange(2)], lambda k, block: block)
 
 
-def shells() -> None:
-    """Energy, force and tangent of a shell of one element, and its volume."""
+def shells(degree: int) -> None:
+    """Energy, force and tangent of a shell of some elements, and its volume."""
     from shells.energy.kirchhoff_love import KirchhoffLove
     from shells.energy.material import Material
     from shells.energy.volume import EnclosedVolume
@@ -191,18 +192,18 @@ def shells() -> None:
     from shells.surfaces.splines import SplineSpace
     from shells.surfaces.surface_basis import SurfaceBasis
 
-    space = SplineSpace(np.array([0.0, 1.0]), 2)
+    space = SplineSpace(np.linspace(0.0, 1.0, 4), degree)
     surface = SplineSurface(space, space)
     s = space.greville
     x = np.stack([np.repeat(s, s.size), np.tile(s, s.size), np.zeros(s.size**2)], axis=1)
     basis = SurfaceBasis(surface, x)
-    shell = KirchhoffLove(basis, Material(1e-2, poisson_ratio=0.3), formulation="classical")
+    shell = KirchhoffLove(basis, Material(1e-2, poisson_ratio=0.3))
     shell.energy(x)
     shell.gradient_and_tangent(x)
     EnclosedVolume(basis).value(x)
 
 
-REHEARSALS: dict[str, Callable[[], None]] = {
+REHEARSALS: dict[str, Callable[[int], None]] = {
     NEAR: near_field,
     DENSE: dense_layers,
     SHELLS: shells,
@@ -210,5 +211,5 @@ REHEARSALS: dict[str, Callable[[], None]] = {
 
 if __name__ == "__main__":
     event.register("numba:compile", _Byte())
-    for share in sys.argv[1:]:
-        REHEARSALS[share]()
+    for share in sys.argv[2:]:
+        REHEARSALS[share](int(sys.argv[1]))

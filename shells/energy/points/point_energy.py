@@ -44,7 +44,7 @@ class PointEnergy:
         t, g = self._tables, self._jets(x, part)
         out = np.empty((len(g), 2))
         metric, curvature, C = _flat(part, t.metric, t.curvature, t.elasticity)
-        weights = self._weights[:, part].reshape(2, -1)
+        weights = np.ascontiguousarray(self._weights[:, part]).reshape(2, -1)
         kernels.energy(g, weights, metric, curvature, C, self._share, out)
         return out.sum(axis=0)
 

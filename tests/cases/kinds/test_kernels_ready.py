@@ -27,7 +27,7 @@ def compiled():
     }
 
 for rehearse in REHEARSALS.values():
-    rehearse()
+    rehearse(2)
 before = compiled()
 small = ["mesh.degree=2", "mesh.around=8", "time.dt=32", "time.end=32", "fluid.outer_points=2"]
 simulation(loader.read("pancake", small)).run()
@@ -40,7 +40,7 @@ def test_a_run_compiles_nothing_more():
     command = [sys.executable, "-c", COVERED]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     count, _, more = done.stdout.partition(" ")
-    assert int(count) > 10, done.stderr  # callees have no signature where files serve
+    assert int(count) > 8, done.stderr  # callees have no signature where files serve
     assert more.strip() == "[]"
 
 
@@ -64,9 +64,9 @@ def test_cold_are_kernels_without_a_file_or_with_an_older_one(tmp_path, monkeypa
 
 def test_a_process_that_fails_is_told(monkeypatch):
     console = Console(file=io.StringIO(), width=100)
-    ahead._side_by_side([["no share"]], console)
+    ahead._side_by_side([["no share"]], 2, console)
     monkeypatch.setattr(ahead.sys, "executable", str(ROOT / "no python"))
-    ahead._side_by_side([["no share"]], console)
+    ahead._side_by_side([["no share"]], 2, console)
     said = console.file.getvalue()
     assert said.count("a process failed; the run compiles the rest") == 2
 
