@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
+from .._threads_kernels import over
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import PointSet, SampledSurface
@@ -54,29 +55,26 @@ class NearField:
 
     def apply(self, x: np.ndarray) -> np.ndarray:
         """Product with densities ``(n_dofs, 3, k)``, threaded."""
+        x = np.ascontiguousarray(x)
         y = np.zeros(x.shape)
-        kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
+        over(len(y), kernels.multiply, self.indptr, self.indices, self.data, x, y)
         return y
 
     def apply_transposed(self, x: np.ndarray) -> np.ndarray:
         """Transposed product with densities ``(n_dofs, 3, k)``."""
         return (self.matrix().T @ x.reshape(-1, x.shape[2])).reshape(x.shape)
 
+    def transposed(self) -> NearField:
+        """The same with test and density functions exchanged."""
+        places = csr_matrix((np.arange(self.indices.size), self.indices, self.indptr), (self.n_dofs,) * 2)
+        turned = places.T.tocsr()
+        indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
+        return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
+
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
         return bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n_dofs,) * 2)
-
-    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """Dense part ``(len(rows), len(columns), 6)`` for some test and density functions."""
-        position = np.full(self.n_dofs, -1)
-        position[columns] = np.arange(columns.size)
-        out = np.zeros((rows.size, columns.size, 6))
-        for i, a in enumerate(rows):
-            line = slice(self.indptr[a], self.indptr[a + 1])
-            at = position[self.indices[line]]
-            out[i, at[at >= 0]] = self.data[line][at >= 0]
-        return out
 
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
@@ -115,8 +113,11 @@ def assemble(
         part = pairs.part(slice(first * nt, last * nt))
         sources_indptr = touching.indptr[first : last + 1] - touching.indptr[first]
         sources = touching.indices[touching.indptr[first] : touching.indptr[last]]
-        kernels.add_rows(
-            np.unique(dofs[table_indptr[first] : table_indptr[last]]),
+        rows = np.unique(dofs[table_indptr[first] : table_indptr[last]])
+        over(
+            rows.size,
+            kernels.add_rows,
+            rows,
             owner_indptr,
             owners,
             first,

@@ -12,11 +12,11 @@ from hbem import _stokes_kernels as owner
 from hbem.compression import _cluster_sum_kernels, _near_block_kernels
 from hbem.compression._cross_approximation_kernels import SAMPLES, cross
 from hbem.flows import _field_kernels
-from hbem.layers import _dense_block_kernels, _dense_layer_kernels
 from hbem.layers import _double_layer_kernels as double_layer
+from hbem.layers import _plain_block_kernels as plain_block
 from hbem.layers import _point_sum_kernels as point_sums
 from hbem.near._patch_lane_kernels import LANES
-from hbem.near._vector_kernels import kernel_values
+from hbem.near._vector_kernels import point_values
 from hbem.surfaces.quadrature import gauss_tables
 
 SIX = np.array([0, 1, 2, 4, 5, 8])  # components 00 01 02 11 12 22 of a 3x3 matrix
@@ -84,28 +84,33 @@ def test_point_sums(rng):
     y[4] = x[9]
     expected = np.einsum("xyik,ykc->cix", kernels(x, y), f)
     blocks, out = x.T.reshape(1, 3, 64).copy(), np.empty((1, 3, 64))
-    point_sums.single_layer_sums(blocks, y, f[..., 0].copy(), TINY, out)
+    point_sums.single_layer_sums((0, 1), blocks, y, f[..., 0].copy(), TINY, out)
     agree(out[0], expected[0])
     out, strengths = np.empty((1, 2, 192)), f.transpose(2, 0, 1).reshape(1, 2, 60).copy()
-    point_sums.single_layer_block_sums(blocks, y.reshape(1, 20, 3), strengths, TINY, out)
+    point_sums.single_layer_block_sums((0, 1), blocks, y[None], strengths, TINY, out)
     agree(out.reshape(2, 3, 64), expected)
 
 
-def test_dense_single_layer(rng):
-    x, y, w = rng.normal(size=(2, 5, 3)), rng.normal(size=(2, 4, 3)), rng.random((2, 4))
-    x[1, 0] = y[1, 0]
-    targets, indptr, rows = x.transpose(0, 2, 1).copy(), np.array([0, 4, 8]), np.arange(8)
-    each_source, each_target = np.tile(np.eye(4), (2, 1)), np.tile(np.eye(5)[:4], (2, 1))
-    expected = six(kernels(x.reshape(-1, 3), y.reshape(-1, 3))) * w.reshape(-1)[:, None]
-    columns = np.empty((2, 8, 30))
-    _dense_layer_kernels.source_columns(targets, y, w, each_source, indptr, rows, TINY, columns)
-    agree(columns.reshape(2, 8, 6, 5).transpose(0, 3, 1, 2).reshape(10, 8, 6), expected)
-    block = np.zeros((8, 8, 6))
-    _dense_block_kernels.plain_block(
-        np.arange(2), targets, np.ones((2, 5)), each_target, y, w, each_source, indptr, rows,
-        False, TINY, block,
-    )  # fmt: skip
-    agree(block, expected.reshape(2, 5, 8, 6)[:, :4].reshape(8, 8, 6))
+@pytest.mark.parametrize("same", [False, True])
+def test_plain_block(rng, same):
+    """Two sweeps of targets, the second not full; every point has its own function."""
+    y, w = rng.normal(size=(40, 3)), rng.random(40)
+    x = y if same else rng.normal(size=(40, 3))
+    x[1] = y[5]
+    entries, all_ = np.zeros((1600, 6)), np.arange(40)
+    indptr, indices = np.arange(0, 1601, 40), np.tile(all_, 40)
+    for first in (0, 32):
+        found = plain_block.tested_sums(
+            x, w, np.arange(41), all_, np.ones(40), y.reshape(10, 4, 3), w.reshape(10, 4),
+            np.tile(np.eye(4), (10, 1)), np.arange(0, 41, 4), all_, same, TINY, first,
+            np.arange(10), all_,
+        )  # fmt: skip
+        plain_block.add_sums(*found, indptr, indices, entries)
+    chosen, block = rng.permutation(40)[:7], np.zeros((21, 21))
+    plain_block.add_block(chosen, indptr, indices, entries, same, block)
+    expected = w[:, None, None, None] * kernels(x, y) * w[:, None, None]
+    expected = expected[np.ix_(chosen, chosen)].transpose(0, 2, 1, 3)
+    agree(block, expected.reshape(21, 21))
 
 
 def test_double_layer_sums(rng):
@@ -114,13 +119,13 @@ def test_double_layer_sums(rng):
     y[4] = x[9]
     expected, blocks = kernels(x, y, n), x.T.reshape(1, 3, 64).copy()
     out = np.empty((1, 2, 3, 64))
-    double_layer.double_sums(blocks, y, n, f, TINY, out)
+    double_layer.double_sums((0, 1), blocks, y, n, f, TINY, out)
     agree(out[0], np.einsum("xyik,yck->cix", expected, f))
     out = np.empty((1, 6, 64))
-    double_layer.kernel_sums(blocks, y, n, TINY, out)
+    double_layer.kernel_sums((0, 1), blocks, y, n, TINY, out)
     agree(out[0], six(expected.sum(axis=1)).T)
     out = np.empty((6, 6, 64))
-    double_layer.double_matrix(blocks[0], y, n, TINY, out)
+    double_layer.double_matrix((0, 6), blocks[0], y, n, TINY, out)
     agree(out, six(expected).transpose(2, 1, 0))
 
 
@@ -148,8 +153,8 @@ def test_cluster_sums(rng, double, kind):
     n = rng.normal(size=(8, 3)) if double else None
     out, ptr = np.zeros((1, 3, 10)), np.array([0, 1])
     _cluster_sum_kernels.cluster_sums(
-        x.T.copy(), 10 * ptr, y.T.copy(), 8 * ptr, n.T.copy() if double else np.empty((3, 0)),
-        ptr, np.array([0]), f.astype(kind), TINY, out,
+        (0, 1), x.T.copy(), 10 * ptr, y.T.copy(), 8 * ptr,
+        n.T.copy() if double else np.empty((3, 0)), ptr, np.array([0]), f.astype(kind), TINY, out,
     )  # fmt: skip
     expected = np.einsum("xyik,cky->cix", kernels(x, y, n), f)
     agree(out, expected, 1e-14 if kind is np.float64 else 1e-5)
@@ -175,20 +180,19 @@ def test_cross_approximation(rng, double):
 def test_fused_near_rule(rng, degree, layer):
     """The near rule keeps a form of its own for the single layer: the surface element is inside."""
     target, sigma = rng.normal(size=(3, LANES)), rng.uniform(-1.0, 1.0, LANES)
-    row, w = rng.normal(size=(2, 3, degree + 1, LANES)), rng.random((2, LANES))
+    row = rng.normal(size=(2, 3, degree + 1, LANES))
     powers = sigma ** np.arange(degree + 1)[:, None]
     slopes = np.arange(1, degree + 1)[:, None] * powers[:-1]
     y, along_t = np.einsum("kcix,ix->kxc", row, powers)
     normal = np.cross(np.einsum("cix,ix->xc", row[0, :, 1:], slopes), along_t)
-    out, place = np.empty(6 * LANES), np.empty(9 * LANES)
-    kernel_values(
-        degree, layer, target.ravel(), row.ravel(), sigma, w[0], w[1], TINY, place, out
-    )  # fmt: skip
+    row[0, :, 0] -= target
+    out, form = np.empty(6 * LANES), ((0.0,) * (degree + 1), (0.0,) * 3, (0.0,) * layer)
+    point_values(form, row.ravel(), sigma, TINY, out)
     at = np.arange(LANES)
     expected = six(kernels(target.T, y, normal if layer == 1 else None)[at, at])
     if layer == 0:
         expected *= np.linalg.norm(normal, axis=1)[:, None]
-    agree(out.reshape(6, LANES).T, expected * (w[0] * w[1])[:, None])
+    agree(owner.OVER_8_PI * out.reshape(6, LANES).T, expected)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.5])
@@ -198,7 +202,7 @@ def test_fields(rng, factor):
     values, walls, out = rng.normal(size=(2, 4, 6)), rng.normal(size=(3, 3)), np.empty((3, 11))
     none, empty = np.zeros(4, np.int64), np.empty(0, np.int64)
     _field_kernels.fields(
-        x, none, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
+        (0, 1), x, none, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
         np.empty((2, 3, 3, 6)), y, n, values, (6.0, 2.0), factor, *gauss_tables(), walls, out,
     )  # fmt: skip
     y, n, values = y.reshape(-1, 3), n.reshape(-1, 3), values.reshape(-1, 6)

@@ -7,6 +7,8 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from cases.geometry.bodies import fitted, sphere, spheroid, torus
+from hbem.layers._plain_block_kernels import add_block
+from hbem.layers.dense_blocks import vector_dofs
 from hbem.layers.layer import SingleLayer
 from hbem.layers.single_layer import single_layer
 from hbem.surfaces.quadrature import QuadratureOrders
@@ -156,13 +158,13 @@ def test_the_layer_itself_is_abstract():
 
 
 def test_near_field_parts():
-    """The sparse blocks as scipy matrix and as dense parts are the same numbers."""
+    """The sparse blocks as scipy matrix and as part of a dense block are the same numbers."""
     body = torus(4, 5)
     near = single_layer(body, body.coefficients).near
     x = np.random.default_rng(3).standard_normal((3 * body.n_dofs, 2))
     product = near.apply(x.reshape(-1, 3, 2)).reshape(x.shape)
     np.testing.assert_allclose(near.matrix() @ x, product, atol=1e-13 * np.abs(product).max())
-    rows, columns = np.array([3, 11, 4]), np.array([19, 0, 4, 7])
-    blocks = near.matrix().toarray().reshape(body.n_dofs, 3, body.n_dofs, 3)
-    part = blocks[np.ix_(rows, range(3), columns, range(3))]
-    np.testing.assert_array_equal(near.components(rows, columns)[..., 4], part[:, 1, :, 2])
+    functions, block = np.array([3, 11, 4, 19, 0]), np.zeros((15, 15))
+    add_block(functions, near.indptr, near.indices, near.data, False, block)
+    at = vector_dofs(functions)
+    np.testing.assert_array_equal(block, near.matrix().toarray()[np.ix_(at, at)])
