@@ -88,23 +88,30 @@ class Implicit(Scheme):
         small = response.shape[0] <= self.dense_limit and hasattr(response, "dense")
         return DenseDamping(response) if small else MatrixFreeDamping(response)
 
-    def _predicted(self, problem: StepProblem, memory: Memory) -> np.ndarray:
-        """Geometry with the acceleration of the last two steps, where that can be reached."""
-        turn = memory.get("turn")
-        if turn is not None and memory["dt"] == problem.dt:
-            wanted = problem.predictor + turn
-            if problem.inspect(wanted) is None:
-                return wanted
-        return problem.predictor
+    def _first(
+        self, problem: StepProblem, memory: Memory
+    ) -> tuple[np.ndarray, Result | None, np.ndarray | None]:
+        """First geometry, why there is none, and where Newton's iteration starts if that is tested.
+
+        It goes on with the acceleration of the last steps, or without, where that can be reached.
+        """
+        wanted = problem.predictor
+        if "turn" in memory and memory["dt"] == problem.dt:
+            curved = wanted + memory["turn"]
+            if problem.inspect(curved) is None:
+                return curved, None, curved if problem.tests else None
+        return *problem.reachable(wanted, problem.accepted), None
 
     def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
-        geometry, new, guess = self._predicted(problem, memory), problem.accepted, None
+        geometry, failure, guess = self._first(problem, memory)
+        new = geometry
         newton, solves, last = 0, 0, None
         rate = float(memory.get("rate", np.inf))
         structure, limit = problem.structure, self.passes or problem.max_iterations
         carried = self.geometry.next_step(self.geometry.unpack(memory))
         for i in range(1, limit + 1):
-            geometry, failure = problem.reachable(geometry, new)
+            if i > 1:
+                geometry, failure = problem.reachable(geometry, new)
             if failure is not None:
                 return StepResult(failure, None, iterations=i, assemblies=i - 1)
             operator = problem.assemble(geometry)
