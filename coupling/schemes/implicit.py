@@ -4,8 +4,8 @@ On a frozen geometry the fluid is a linear map of the velocity, ``load = R v``; 
 structure's Newton iteration as damping ``-R``. Only the geometry is iterated, and that contracts
 fast at any mass ratio (faster still with quasi-Newton differences): 1 to 3 assemblies a step,
 where partitioned schemes need m dt S < 20. It starts with the acceleration of the last steps, and
-ends where a change, or with the contraction seen last a tenth of what it leaves, meets the
-tolerance.
+ends where a change meets the tolerance, or where ten times what it leaves by the contraction seen
+last does.
 R is a dense block while that is cheaper; beyond, the structure applies it inside GMRES, one frozen
 fluid solve an iteration.
 """
@@ -27,7 +27,8 @@ from .scheme import Memory, Scheme, StepProblem, StepResult
 # the tangents of 200 dofs, growing with their cube; 14 ms for some 15 frozen solves, whose calls
 # count most up to there.
 DENSE_LIMIT = 250
-SURE = 10.0  # part of the tolerance that an estimated error may fill, and a change exceed it
+SURE = 10.0  # of the tolerance a tenth is what an estimated error may fill
+LAG = 4.0  # tolerances between the motion and the geometry that tractions and fluxes belong to
 DISTRUST = 2.0  # growth of a contraction with each step that did not measure it
 
 
@@ -166,7 +167,7 @@ def _settled(problem: StepProblem, change: np.ndarray, new: np.ndarray, rate: fl
     if not rate < 0.5:
         return False
     left = rate / (1.0 - rate) * change
-    return problem.converged(change / SURE, new)[0] and problem.converged(SURE * left, new)[0]
+    return problem.converged(change / LAG, new)[0] and problem.converged(SURE * left, new)[0]
 
 
 def _motion(problem: StepProblem, new: np.ndarray, memory: Memory) -> dict[str, np.ndarray]:

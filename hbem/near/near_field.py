@@ -66,7 +66,9 @@ class NearField:
 
     def transposed(self) -> NearField:
         """The same with test and density functions exchanged."""
-        places = csr_matrix((np.arange(self.indices.size), self.indices, self.indptr), (self.n_dofs,) * 2)
+        places = csr_matrix(
+            (np.arange(self.indices.size), self.indices, self.indptr), (self.n_dofs,) * 2
+        )
         turned = places.T.tocsr()
         indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
         return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
