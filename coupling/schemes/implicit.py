@@ -27,8 +27,8 @@ from .scheme import Memory, Scheme, StepProblem, StepResult
 # the tangents of 200 dofs, growing with their cube; 14 ms for some 15 frozen solves, whose calls
 # count most up to there.
 DENSE_LIMIT = 250
-SURE = 10.0  # of the tolerance a tenth is what an estimated error may fill
-LAG = 4.0  # tolerances between the motion and the geometry that tractions and fluxes belong to
+SURE = 10.0  # part of the tolerance that an estimated error may fill, and a change exceed it
+LAG = 0.12  # of a step's motion: largest change, since tractions and fluxes lag by it
 DISTRUST = 2.0  # growth of a contraction with each step that did not measure it
 
 
@@ -133,7 +133,7 @@ class Implicit(Scheme):
             change = new - geometry
             done, size = problem.converged(change, new)
             rate = rate if last is None else size / max(last, 1e-300)
-            done = done or i == self.passes or _settled(problem, change, new, rate)
+            done = done or i == self.passes or _settled(problem, change, new, size, rate)
             last = size
             problem.report(i, size, 1.0, done)
             geometry, carried = self.geometry.step(carried, geometry, change)
@@ -159,15 +159,17 @@ class Implicit(Scheme):
         return StepResult(Result.COUPLING, None, iterations=i, assemblies=i)
 
 
-def _settled(problem: StepProblem, change: np.ndarray, new: np.ndarray, rate: float) -> bool:
+def _settled(
+    problem: StepProblem, change: np.ndarray, new: np.ndarray, size: float, rate: float
+) -> bool:
     """Whether a contraction seen last leaves far less than the tolerance after this change.
 
     Later passes contract up to six times less than the first.
     """
-    if not rate < 0.5:
+    if not (rate < 0.5 and size < LAG):
         return False
     left = rate / (1.0 - rate) * change
-    return problem.converged(change / LAG, new)[0] and problem.converged(SURE * left, new)[0]
+    return problem.converged(change / SURE, new)[0] and problem.converged(SURE * left, new)[0]
 
 
 def _motion(problem: StepProblem, new: np.ndarray, memory: Memory) -> dict[str, np.ndarray]:

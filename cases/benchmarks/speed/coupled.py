@@ -2,21 +2,19 @@
 
 `figures` uses the console and what runs write, nothing that an older tree lacks, and
 ``python coupled.py SCENE STEPS`` prints it as JSON: the same file, run with another tree on
-PYTHONPATH, measures that tree.
+PYTHONPATH, measures that tree. Runs are processes of their own, start included.
 """
 
 from __future__ import annotations
 
-import contextlib
 import csv
-import io
 import json
+import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
-
-from cases.cli import main
+from resource import RUSAGE_CHILDREN, getrusage
 
 SCENES = {
     "accordion": """
@@ -86,38 +84,29 @@ COUNTS = ("assemblies", "newton_iterations", "subiterations")
 STATE = ("volume", "area", "pressure", "membrane_energy", "bending_energy", "fluid_work", "min_gap")
 
 
-def figures(scene: str, steps: int, warm: bool = True) -> dict[str, float]:
+def figures(scene: str, steps: int) -> dict[str, float]:
     """Wall and CPU seconds of a run's first steps, their counts, and the state they end in.
 
     Parameters
     ----------
     scene : {"accordion", "pancake"}
     steps : int
-    warm : bool
-        One step first, which compiles or loads kernels.
     """
-    if warm:
-        _run(scene, 1)
-    return _run(scene, steps)
-
-
-def _run(scene: str, steps: int) -> dict[str, float]:
     dt = 5.0 if scene == "accordion" else 16.0
+    options = [f"time.end={steps * dt}", "output.picture=false", "output.fields_every=0"]
     with tempfile.TemporaryDirectory() as folder:
         text, out = Path(folder) / f"{scene}.toml", Path(folder) / "run"
         text.write_text(SCENES[scene], encoding="utf-8")
-        options = [f"time.end={steps * dt}", "output.picture=false", "output.fields_every=0"]
         arguments = ["run", str(text), "--out", str(out)]
         for option in options:
             arguments += ["--set", option]
-        wall, cpu = time.perf_counter(), time.process_time()
-        with contextlib.redirect_stdout(io.StringIO()) as said:
-            code = main(arguments)
-        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-        if code:
-            raise RuntimeError(f"{scene}: the run ended with {code}: {said.getvalue()[-500:]}")
+        before, wall = getrusage(RUSAGE_CHILDREN), time.perf_counter()
+        console = [sys.executable, "-c", "import sys; from cases.cli import main; sys.exit(main())"]
+        subprocess.run([*console, *arguments], check=True, stdout=subprocess.DEVNULL)
+        wall, after = time.perf_counter() - wall, getrusage(RUSAGE_CHILDREN)
         with (out / "history.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
+    cpu = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     counts = {name: sum(int(row[name]) for row in rows) for name in COUNTS}
     return {"wall": wall, "cpu": cpu, **counts, **{n: float(rows[-1][n]) for n in STATE}}
 
