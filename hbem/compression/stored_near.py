@@ -133,7 +133,7 @@ def _blocks(
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     positions, normals = kernel.ordered(tree.order)
     sides = tests, sources
-    shift = [(s.functions.size, s.points.size, s.columns[1].size) for s in sides][0]
+    shift = (tests.functions.size, tests.points.size, tests.columns[1].size)
     shift = (0, 0, 0) if sources is tests else shift
     once = sides[: 1 if sources is tests else 2]
 

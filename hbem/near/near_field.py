@@ -66,9 +66,8 @@ class NearField:
 
     def transposed(self) -> NearField:
         """The same with test and density functions exchanged."""
-        places = csr_matrix(
-            (np.arange(self.indices.size), self.indices, self.indptr), (self.n_dofs,) * 2
-        )
+        numbers, shape = np.arange(self.indices.size), (self.n_dofs, self.n_dofs)
+        places = csr_matrix((numbers, self.indices, self.indptr), shape)
         turned = places.T.tocsr()
         indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
         return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
