@@ -133,7 +133,7 @@ class Coupling:
 
     scheme: str = rule("implicit", choices=SCHEMES, only=WITH_FLUID)
     relaxation: float = rule(0.5, least=1e-6, most=1.0, only={**WITH_FLUID, **RELAXED})
-    dense_limit: int = rule(800, least=0, most=20000, only={**WITH_FLUID, **LINEAR})
+    dense_limit: int = rule(250, least=0, most=20000, only={**WITH_FLUID, **LINEAR})
     max_iterations: int = rule(0, least=0, most=10000, only=WITH_FLUID)
     tolerance: float = rule(1e-4, least=1e-13, below=1.0, only=WITH_FLUID)
     absolute_tolerance: float = rule(1e-9, least=0.0, most=1.0, only=WITH_FLUID)

@@ -30,6 +30,7 @@ _SUMMARIES = {
     "integrals": "single and double layer: exact flows, near rules, speed",
     "meshes": "raw triangulations: bending, roof, rotations, spheres, speed, flows",
     "pancake": "coupled inflation against statics, schemes compared",
+    "pareto": "error over seconds: pancake, torus, film, folded bag, roof",
     "planar": "planar flows, narrow gaps, all planar scenes, models compared",
     "shells": "roof, locking and large rotations against published figures",
 }

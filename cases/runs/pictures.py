@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..kinds import KINDS
 from ..output.atomic import RecordError
@@ -20,6 +23,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..kinds.inflation.views.comparison import Comparison
+
+# matplotlib's transforms of axes without data can overflow; nothing that is drawn depends on them
+QUIET_TRANSFORMS = partial(np.errstate, over="ignore")
 
 
 def draw(folder: Path) -> Path:
@@ -96,7 +102,7 @@ def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord, console: Conso
         record.skip("overview.png: switched off by output.picture or output.fields_every")
     else:
         try:
-            with record.phase("picture"):
+            with record.phase("picture"), QUIET_TRANSFORMS():
                 path = KINDS[scene.kind].draw(folder, scene)
         except Exception as error:
             what = f"overview.png: {type(error).__name__}: {error}"
@@ -110,7 +116,8 @@ def draw_at_end(scene: AnyScene, folder: Path, record: RunRecord, console: Conso
 def _drawing(folder: Path) -> Iterator[None]:
     """Say in one line why the files of a folder make no picture."""
     try:
-        yield
+        with QUIET_TRANSFORMS():
+            yield
     except OSError:
         raise
     except (NoPicture, RecordError) as error:

@@ -13,6 +13,8 @@ from scipy.spatial import cKDTree
 from .triangle_distance import triangle_distances
 
 NEIGHBOURS = 6
+BATCH = 256  # pairs whose distance is found at once, likely closest first
+ROUNDING = 1e-12
 FACING = -0.9  # cosine between facing normals: walls of a fold tip do not count
 
 
@@ -65,12 +67,26 @@ def minimum_gap(points: np.ndarray, triangles: np.ndarray, scale: float) -> floa
     if not i.size:
         return float("inf")
     corners = points[triangles]
-    centre = corners.mean(axis=1)
-    radius = np.linalg.norm(corners - centre[:, None], axis=-1).max(axis=1)
-    distance = np.linalg.norm(centre[i] - centre[j], axis=1)
-    # closer than the closest centres: only these pairs can have the smallest distance
-    close = distance - radius[i] - radius[j] <= distance.min()
-    return float(triangle_distances(corners[i[close]], corners[j[close]]).min())
+    least = _lower_bounds(corners, i, j)
+    order, best = np.argsort(least), np.inf
+    for start in range(0, order.size, BATCH):
+        batch = order[start : start + BATCH]
+        if least[batch[0]] >= (1.0 - ROUNDING) * best:
+            break
+        distances = triangle_distances(corners[i[batch]], corners[j[batch]])
+        best = min(best, float(distances.min()))
+    return best
+
+
+def _lower_bounds(corners: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """How far pairs of triangles at least are apart: corners of one from the plane of the other."""
+    centre, normal = corners.mean(axis=1), unit_normals(corners)
+    heights = []
+    for a, b in ((i, j), (j, i)):
+        level = np.einsum("pc,pc->p", normal[a], centre[a])
+        above = np.einsum("pkc,pc->kp", corners[b], normal[a]) - level
+        heights.append(np.maximum(above.min(axis=0), -above.max(axis=0)))
+    return np.maximum(*heights)
 
 
 def unit_normals(corners: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ On a frozen geometry the fluid is a linear map of the velocity, ``load = R v``; 
 structure's Newton iteration as damping ``-R``. Only the geometry is iterated, and that contracts
 fast at any mass ratio (faster still with quasi-Newton differences): 2 to 4 assemblies a step,
 where partitioned schemes need m dt S < 20.
-R is a dense block while that is small; beyond, the structure applies it inside GMRES, one frozen
+R is a dense block while that is cheaper; beyond, the structure applies it inside GMRES, one frozen
 fluid solve an iteration.
 """
 
@@ -21,7 +21,10 @@ from .quasi_newton import QuasiNewton
 from .relaxation import Relaxation
 from .scheme import Memory, Scheme, StepProblem, StepResult
 
-DENSE_LIMIT = 800  # vector dofs up to which the dense response is cheaper than its Krylov solves
+# Vector dofs up to which a dense response costs less. Measured a pass: 8 ms to form it and factor
+# the tangents of 200 dofs, growing with their cube; 14 ms for some 15 frozen solves, whose calls
+# count most up to there.
+DENSE_LIMIT = 250
 
 
 class DenseDamping:
@@ -57,7 +60,7 @@ class Implicit(Scheme):
     Parameters
     ----------
     dense_limit : int
-        Vector dofs up to which the response is formed as an array.
+        Vector dofs up to which the response is formed as an array, where the fluid can do that.
     passes : int
         Largest number of geometry passes that are accepted as they are: 1 is the semi-implicit
         scheme, on the predicted geometry; its error, first order in dt, is reported and not

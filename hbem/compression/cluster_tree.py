@@ -8,7 +8,7 @@ bound of the true one; boxes contain the supports of the items.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,6 +82,14 @@ def cluster_tree(
     if leaf < 1:
         raise ValueError(f"leaf must be at least 1, got {leaf}")
     return _bisect(0.5 * (lower + upper), lower, upper, leaf)
+
+
+def grouped_tree(points: np.ndarray, group: int, leaf: int) -> ClusterTree:
+    """Bisect points ``(n, 3)`` that stay together in consecutive groups, those of an element."""
+    boxes = points.reshape(-1, group, 3)
+    tree = cluster_tree(boxes.min(axis=1), boxes.max(axis=1), leaf=max(1, leaf // group))
+    order = (group * tree.order[:, None] + np.arange(group)).ravel()
+    return replace(tree, order=order, start=group * tree.start, stop=group * tree.stop)
 
 
 def _bisect(centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int) -> ClusterTree:

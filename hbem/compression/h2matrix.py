@@ -14,8 +14,9 @@ import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
 from .._threads_kernels import over
+from ..near.near_field import NearField
 from . import _nested_basis_kernels as kernels
-from .cluster_tree import BlockTree, block_tree, cluster_tree, list_partners, refuse_above
+from .cluster_tree import BlockTree, block_tree, grouped_tree, list_partners, refuse_above
 from .nested_bases import ETA, Bases, nested_bases
 from .operator import (
     Compressed,
@@ -24,6 +25,7 @@ from .operator import (
     direct,
 )
 from .point_kernel import PointKernel, checked_basis
+from .stored_near import stored_near
 
 SINGLE = 1e-4  # tolerances from here on: everything in single precision
 
@@ -41,8 +43,10 @@ class H2Matrix(Compressed):
         dtype: type,
         statistics: Statistics,
         test: csc_matrix | None = None,
+        near: NearField | None = None,
     ):
         super().__init__(kernel, basis, statistics, test)
+        self.near = near
         self.blocks, self.bases, self.sources = blocks, bases, sources
         # functions meet a Krylov solver: rounded bases, but products in double precision
         self.dtype_inside = np.dtype(dtype if basis is None else np.float64)
@@ -68,7 +72,16 @@ class H2Matrix(Compressed):
         return sum(bases.values()) + sum(a.nbytes for a in lists)
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
-        return self._between_functions(x, self._points)
+        y = self._between_functions(x, self._points)
+        if self.near is not None:
+            y += self.near.apply(x.T).T
+        return y
+
+    def _turned(self) -> H2Matrix:
+        turned = super()._turned()
+        assert isinstance(turned, H2Matrix)
+        turned.near = None if self.near is None else self.near.transposed()
+        return turned
 
     def _points(self, x: np.ndarray) -> np.ndarray:
         tree, bases = self.blocks.tree, self.bases
@@ -87,8 +100,9 @@ class H2Matrix(Compressed):
                 s.starts.size, kernels.down, s.starts, s.counts, s.kept, s.picks, s.pick_ptr,
                 s.T_ptr, s.T, target, s.skeleton_ptr, potentials,
             )  # fmt: skip
-        at, ptr = self._points_at, self._leaf_ptr
-        self.kernel.sums_between(at, ptr, at, ptr, *self._near[:2], inside, y)
+        if self.near is None:
+            at, ptr = self._points_at, self._leaf_ptr
+            self.kernel.sums_between(at, ptr, at, ptr, *self._near[:2], inside, y)
         out = np.empty(y.shape)
         out[:, :, tree.order] = y
         return out
@@ -111,6 +125,7 @@ def h2matrix(
     basis: spmatrix | None = None,
     test: spmatrix | None = None,
     leaf: int | None = None,
+    group: int = 1,
     seed: int = 0,
     memory: float | None = None,
 ) -> Compressed:
@@ -130,6 +145,8 @@ def h2matrix(
         Weighted test functions where they differ: the operator is then ``test^T G basis``.
     leaf : int, optional
         Largest number of points in a leaf.
+    group : int
+        Points of an element, which follow each other and share a leaf.
     seed : int
         Of the sampled rows.
     memory : float, optional
@@ -152,7 +169,7 @@ def h2matrix(
     test = None if test is None else checked_basis(test, kernel)
 
     def build(target: float) -> H2Matrix:
-        return _build(kernel, (basis, test), target, leaf, memory)
+        return _build(kernel, (basis, test), target, leaf, group, memory)
 
     def exact(note: str) -> Compressed:
         return direct(kernel, basis, note, test)
@@ -175,6 +192,7 @@ def _build(
     bases_of: tuple[csc_matrix | None, csc_matrix | None],
     tolerance: float,
     leaf: int | None,
+    group: int,
     memory: float | None,
 ) -> H2Matrix:
     began = time.perf_counter()
@@ -182,11 +200,17 @@ def _build(
     forecast(kernel.n, tolerance, memory)
     dtype = np.float32 if tolerance >= SINGLE else np.float64
     leaf = leaf or (96 if tolerance >= SINGLE else 160)
-    tree = cluster_tree(kernel.scaled.T, leaf=leaf)
+    tree = grouped_tree(kernel.scaled.T, group, leaf)
     blocks = block_tree(tree, ETA, largest=True)
     bases = sources = nested_bases(kernel, blocks, tolerance, dtype)
     if kernel.normals is not None:
         sources = nested_bases(kernel, blocks, tolerance, dtype, stresslets=True)
+    near = None
+    if basis is not None:
+        place = np.zeros(tree.n_nodes, dtype=np.int64)
+        place[tree.leaves] = np.arange(tree.leaves.size)
+        test = basis if test is None else test
+        near = stored_near(kernel, tree, place[blocks.near], basis, test, dtype)
     ranks = np.diff(bases.ptr)
     n = kernel.n if basis is None else basis.shape[1]
     operator = H2Matrix(
@@ -204,9 +228,10 @@ def _build(
             near_blocks=blocks.near.shape[0],
             rank_mean=3.0 * float(ranks[ranks > 0].mean()) if ranks.any() else 0.0,
             rank_max=3 * int(ranks.max(initial=0)),
-            bytes_far=0,
+            bytes_near=0 if near is None else near.nbytes,
         ),
         test,
+        near,
     )
     operator.statistics = replace(
         operator.statistics,

@@ -159,9 +159,13 @@ class Compressed(LinearOperator, ABC):
             )
         if self.test is self.basis:
             return self._matmat(x)  # the Stokeslet is symmetric, and so is what approximates it
+        return self._turned()._matmat(x)
+
+    def _turned(self) -> Compressed:
+        """The same with sources and tests exchanged."""
         turned = copy(self)
         turned.basis, turned.test = self.test, self.basis
-        return turned._matmat(x)
+        return turned
 
     def _rmatvec(self, x: np.ndarray) -> np.ndarray:
         return self._rmatmat(np.asarray(x).reshape(-1, 1)).reshape(np.shape(x))

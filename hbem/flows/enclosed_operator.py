@@ -207,8 +207,9 @@ class EnclosedOperator:
         return self.force(self.solve(-self._background_data).solution.reshape(-1, 3))
 
     def response(self) -> Response:
-        """Velocity to load, ``3 n_coefficients`` square."""
-        return Response(self)
+        """Velocity to load, ``3 n_coefficients`` square; with a ``dense()`` where LU solves."""
+        direct = isinstance(self.formulation.system, DenseSaddle)
+        return DirectResponse(self) if direct else Response(self)
 
 
 class Response(LinearOperator):
@@ -221,8 +222,20 @@ class Response(LinearOperator):
 
     def _matvec(self, x: np.ndarray) -> np.ndarray:
         op = self._operator
-        solved = op.solve(op.linear_data(np.asarray(x).reshape(-1, 3)))
-        return op.force(solved.solution.reshape(-1, 3)).ravel()
+        traction = self._traction(op.linear_data(np.asarray(x).reshape(-1, 3)))
+        return op.force(traction.reshape(-1, 3)).ravel()
+
+    def _traction(self, data: np.ndarray) -> np.ndarray:
+        return self._operator.solve(data).solution
+
+
+class DirectResponse(Response):
+    """The response by LU factors: solves need no residual, and may be many."""
+
+    def _traction(self, data: np.ndarray) -> np.ndarray:
+        system = self._operator.formulation.system
+        assert isinstance(system, DenseSaddle)
+        return system.density(data)
 
     def dense(self) -> np.ndarray:
         """R as an array: one factorisation, one right-hand side a membrane velocity dof."""
@@ -233,13 +246,8 @@ class Response(LinearOperator):
         coupling = op.coupling[:, moving].toarray()
         data = np.einsum("ab,ik->aibk", coupling, np.eye(3)).reshape(-1, columns.size)
         influx = np.outer(op.influx_data.ravel(), op.flux_form[moving].ravel())
-        tractions = self._solve(op.formulation.data(data + influx)).reshape(coupling.shape[0], -1)
+        tractions = self._traction(op.formulation.data(data + influx))
+        tractions = tractions.reshape(coupling.shape[0], -1)
         load = -op.problem.mass_ratio * (coupling.T @ tractions)
         matrix[np.ix_(columns, columns)] = load.reshape(columns.size, columns.size)
         return matrix
-
-    def _solve(self, rhs: np.ndarray) -> np.ndarray:
-        system = self._operator.formulation.system
-        if isinstance(system, DenseSaddle):
-            return system.solve(rhs).solution
-        return np.stack([system.solve(column).solution for column in rhs.T], axis=1)

@@ -82,7 +82,9 @@ def _plain(surface: SampledSurface, compression: Compression) -> Compressed:
         points, basis, test = (
             (surface.outer.offsets, weighted_basis(surface), None) if one_set else _join(surface)
         )
-        return h2matrix(points, tolerance, basis=basis, test=test, seed=seed, memory=memory)
+        group = points.shape[0] // surface.patches.n_elements
+        functions = {"basis": basis, "test": test, "group": group}
+        return h2matrix(points, tolerance, **functions, seed=seed, memory=memory)
     if not one_set:
         raise ValueError(
             "compression by ACA needs equal outer and source points: set far = 0 in the "
@@ -98,13 +100,15 @@ def weighted_basis(surface: SampledSurface) -> csr_matrix:
 
 
 def _join(surface: SampledSurface) -> tuple[np.ndarray, csr_matrix, csr_matrix]:
-    """Outer and source points as one set, with the functions of sources and of tests."""
+    """Outer and source points element by element, with the functions of sources and of tests."""
     outer, source = surface.outer, surface.source
     n = surface.patches.n_dofs
     empty = [csr_matrix((p.weights.size, n)) for p in (outer, source)]
     basis = diags(source.weights) @ surface.source_basis
+    numbers = [np.arange(p.weights.size).reshape(-1, p.per_element) for p in (outer, source)]
+    order = np.hstack([numbers[0], outer.weights.size + numbers[1]]).ravel()
     return (
-        np.concatenate([outer.offsets, source.offsets]),
-        vstack([empty[0], basis]).tocsr(),
-        vstack([weighted_basis(surface), empty[1]]).tocsr(),
+        np.concatenate([outer.offsets, source.offsets])[order],
+        vstack([empty[0], basis]).tocsr()[order],
+        vstack([weighted_basis(surface), empty[1]]).tocsr()[order],
     )

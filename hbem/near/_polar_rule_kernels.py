@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 
 from ._closest_point_kernels import jet
-from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
-from ._vector_kernels import add_node, add_nodes, kernel_values, products
+from ._patch_lane_kernels import LANES, exponentials, lane, node_table, row_polynomials
+from ._vector_kernels import add_points, point_values
 
 EDGES = ((0, 2, 1, 2), (1, 2, 1, 3), (1, 3, 0, 3), (0, 3, 0, 2))  # ends of each edge in a box
 RAY = 9  # numbers that describe a triangle: see `triangle`
@@ -63,7 +63,10 @@ def direction(rays, node, weight, ray):
     """Ray of every lane at one angle node: ``ray (3, LANES)`` is its end and its weight."""
     n = LANES
     for x in range(LANES):
-        growth = np.exp(rays[6 * n + x] + rays[7 * n + x] * node)
+        ray[x] = rays[6 * n + x] + rays[7 * n + x] * node
+    exponentials(ray[:n], ray[2 * n :])
+    for x in range(LANES):
+        growth = ray[2 * n + x]
         at = 0.5 * rays[5 * n + x] * (growth - 1.0 / growth) - rays[4 * n + x]
         ray[x] = rays[x] + at * rays[2 * n + x]
         ray[n + x] = rays[n + x] + at * rays[3 * n + x]
@@ -72,48 +75,29 @@ def direction(rays, node, weight, ray):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def on_ray(rho, weight, origin, ray, spot):
-    """Point of every lane's ray: ``spot (5, LANES)`` is s, t, 2 s - 1, 2 t - 1 and the weight."""
+    """Point of every lane's ray: ``spot (4, LANES)`` is s, t, the weight and one."""
     n = LANES
     for x in range(LANES):
-        s, t = origin[x] + rho * ray[x], origin[n + x] + rho * ray[n + x]
-        spot[x], spot[n + x] = s, t
-        spot[2 * n + x], spot[3 * n + x] = 2.0 * s - 1.0, 2.0 * t - 1.0
-        spot[4 * n + x] = 4.0 * rho * weight * ray[2 * n + x]
+        spot[x], spot[n + x] = origin[x] + rho * ray[x], origin[n + x] + rho * ray[n + x]
+        spot[2 * n + x] = 4.0 * rho * weight * ray[2 * n + x]
+        spot[3 * n + x] = 1.0
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def polar_pass(
-    nr, na, g, degree, layer, target, shape, origin, rays, nodes, weights, tiny, ray, spot, bs, bt,
-    row, place, kernel, values, one, moments,
-):  # fmt: skip
-    """Add the polar rule of one triangle a lane to ``moments (m, m, 6, LANES)``, m = degree + 1.
-
-    ``origin (2, LANES)`` are the points' local coordinates; ``one`` holds ones; what stands
-    between `tiny` and `one` is scratch.
-    """
-    m = degree + 1
-    wide, many = 6 * LANES, m * m * LANES
+    form, nr, na, shape, origin, rays, nodes, weights, tiny, ray, spot, s, t, row, values, moments
+):
+    """Add the polar rule of one triangle a lane to ``moments (m, m, 6, LANES)``."""
+    size = (len(form[1]) + 1) * LANES
     for a in range(na):
         direction(rays, nodes[na, a], weights[na, a], ray)
-        for first in range(0, nr, 4):
-            count = min(4, nr - first)
-            for z in range(count):
-                on_ray(nodes[nr, first + z], weights[nr, first + z], origin, ray, spot)
-                row_polynomials(g, shape, lane(spot, 3), row)
-                kernel_values(
-                    g, layer, target, row, lane(spot, 2), lane(spot, 4), one, tiny, place,
-                    kernel[z * wide : (z + 1) * wide],
-                )  # fmt: skip
-                bernstein_lanes(degree, lane(spot, 0), bs)
-                bernstein_lanes(degree, lane(spot, 1), bt)
-                products(m, bs, bt, values[z * many : (z + 1) * many])
-            if count == 4:
-                add_nodes(m * m, values, kernel, moments)
-            else:
-                for z in range(count):
-                    add_node(
-                        m * m,
-                        values[z * many : (z + 1) * many],
-                        kernel[z * wide : (z + 1) * wide],
-                        moments,
-                    )
+        for k in range(0, nr, 2):
+            for z in range(2):  # beyond the last node the tables hold zeros
+                on_ray(nodes[nr, k + z], weights[nr, k + z], origin, ray, spot)
+                at_s, at_t = s[z * size : (z + 1) * size], t[z * size : (z + 1) * size]
+                node_table(form, lane(spot, 0), lane(spot, 2), at_s)
+                node_table(form, lane(spot, 1), lane(spot, 3), at_t)
+                row_polynomials(form, shape, lane(at_t, 0), row)
+                part = values[6 * z * LANES : 6 * (z + 1) * LANES]
+                point_values(form, row, lane(at_s, 0), tiny, part)
+            add_points(form, values, s, t, moments)

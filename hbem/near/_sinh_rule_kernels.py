@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .._stokes_kernels import OVER_8_PI
 from ._closest_point_kernels import SMALLEST
-from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
+from ._patch_lane_kernels import LANES, clear, exponentials, lane, node_table, row_polynomials
 from ._polar_rule_kernels import EDGES, RAY, metric, polar_pass, triangle
-from ._vector_kernels import add_node, add_nodes, clear, kernel_values
+from ._vector_kernels import add_nodes, add_row
 
-BLOCKS = 32  # sets of buffers: few, as allocating them takes turns
 POLAR = 65532  # first of four keys of polar rules: usual or doubled, without or with plain rule
 
 
@@ -53,92 +53,89 @@ def choose(span, found, boxes, elements, collapsed, plain, rule, split, largest,
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def sinh_part(n, centre, b, low, high, nodes, weights, x, line, w):
+def sinh_part(n, centre, b, low, high, nodes, weights, x, v, w):
     """n nodes on ``[low, high]`` at lane x, clustered about ``centre`` at the scale ``b``.
 
-    Weights are those of ``2 x - 1``, in which the patches are given.
+    In the variable v of ``centre + b sinh(v)``; weights lack the factor ``2 cosh(v)``.
     """
-    start = np.arcsinh((low - centre) / b)
-    length = np.arcsinh((high - centre) / b) - start
+    # asinh of positive numbers: np.arcsinh takes twice as long
+    up, down = (high - centre) / b, (centre - low) / b
+    up, down = np.log(up + np.sqrt(1.0 + up * up)), np.log(down + np.sqrt(1.0 + down * down))
+    length = up + down
     for k in range(n):
-        e = np.exp(start + length * nodes[n, k])
-        line[k * LANES + x] = min(high, max(low, centre + 0.5 * b * (e - 1.0 / e)))
-        w[k * LANES + x] = b * (e + 1.0 / e) * length * weights[n, k]
+        v[k * LANES + x] = length * nodes[n, k] - down
+        w[k * LANES + x] = b * length * weights[n, k]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def sinh_line(total, centre, b, low, high, split, nodes, weights, x, line, w):
-    """All nodes of one direction of one pair, split at the centre or not."""
+def sinh_line(total, centre, b, low, high, split, nodes, weights, x, where, v, w):
+    """All nodes of one direction of one pair, split at the centre or not; last a void one."""
     b = max(b, SMALLEST * (high - low))
+    where[x], where[LANES + x] = centre, 0.5 * b
+    where[2 * LANES + x], where[3 * LANES + x] = low, high
+    v[total * LANES + x], w[total * LANES + x] = 0.0, 0.0
     left, right = sides(centre, low, high, split)
     n = total // (left + right)
     if left == 1:
-        sinh_part(n, centre, b, low, centre, nodes, weights, x, line, w)
-        line, w = line[n * LANES :], w[n * LANES :]
+        sinh_part(n, centre, b, low, centre, nodes, weights, x, v, w)
+        v, w = v[n * LANES :], w[n * LANES :]
         low = centre
     if right == 1:
-        sinh_part(n, centre, b, low, high, nodes, weights, x, line, w)
+        sinh_part(n, centre, b, low, high, nodes, weights, x, v, w)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def plain_line(n, sign, nodes, weights, line, w):
-    """The nodes of the plain rule, the same on every lane."""
+def sinh_tables(form, n, where, v, w, growth, tables):
+    """Node tables ``(n, m + 1, LANES)`` of a line; weights are those of ``2 x - 1``."""
+    size = (len(form[1]) + 1) * LANES
+    exponentials(v[: n * LANES], growth[: n * LANES])
     for k in range(n):
+        u, factor, grown = lane(v, k), lane(w, k), lane(growth, k)
         for x in range(LANES):
-            line[k * LANES + x] = nodes[n, k]
-            w[k * LANES + x] = 2.0 * sign * weights[n, k]
+            e = grown[x]
+            u[x] = where[x] + where[LANES + x] * (e - 1.0 / e)
+            u[x] = min(where[3 * LANES + x], max(where[2 * LANES + x], u[x]))
+            factor[x] *= e + 1.0 / e
+        node_table(form, u, factor, tables[k * size : (k + 1) * size])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def tensor_pass(
-    n1, n2, g, degree, layer, target, shape, s, ws, t, wt, tiny, sigma, bs, bt, row, place, kernel,
-    sums, moments,
-):  # fmt: skip
-    """Add a tensor rule of every lane to ``moments (m, m, 6, LANES)``, m = degree + 1.
+def plain_tables(form, n, sign, nodes, weights, u, w, tables):
+    """Node tables of the plain rule, the same on every lane; last a void one."""
+    size = (len(form[1]) + 1) * LANES
+    for k in range(n + 1):
+        for x in range(LANES):
+            u[x], w[x] = nodes[n, k], 2.0 * sign * weights[n, k]
+        node_table(form, u, w, tables[k * size : (k + 1) * size])
 
-    ``s, ws (n1, LANES)``, ``t, wt (n2, LANES)`` nodes and weights; the rest is scratch.
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def tensor_pass(form, n1, n2, shape, s, t, tiny, row, sums, moments):
+    """Add a tensor rule of every lane to ``moments (m, m, 6, LANES)``.
+
+    ``s (n1 + 1, m + 1, LANES)``, ``t (n2, m + 1, LANES)`` node tables; the rest is scratch.
     """
-    m = degree + 1
-    wide = 6 * LANES
-    for k in range(n1):
-        bernstein_lanes(degree, lane(s, k), bs[k * m * LANES : (k + 1) * m * LANES])
-        for x in range(LANES):
-            sigma[k * LANES + x] = 2.0 * s[k * LANES + x] - 1.0
+    size = (len(form[1]) + 1) * LANES
     for q in range(n2):
-        bernstein_lanes(degree, lane(t, q), bt)
-        for x in range(LANES):
-            place[x] = 2.0 * t[q * LANES + x] - 1.0
-        row_polynomials(g, shape, lane(place, 0), row)
-        clear(sums[: m * wide])
-        k = 0
-        while k + 4 <= n1:
-            for z in range(4):
-                part = kernel[z * wide : (z + 1) * wide]
-                kernel_values(
-                    g, layer, target, row, lane(sigma, k + z), lane(ws, k + z), lane(wt, q), tiny,
-                    place, part,
-                )  # fmt: skip
-            add_nodes(m, bs[k * m * LANES : (k + 4) * m * LANES], kernel, sums)
-            k += 4
-        while k < n1:
-            kernel_values(
-                g, layer, target, row, lane(sigma, k), lane(ws, k), lane(wt, q), tiny, place, kernel
-            )
-            add_node(m, bs[k * m * LANES : (k + 1) * m * LANES], kernel, sums)
-            k += 1
-        for i in range(m):
-            add_node(m, bt, sums[i * wide : (i + 1) * wide], moments[i * m * wide :])
+        at = t[q * size : (q + 1) * size]
+        row_polynomials(form, shape, lane(at, 0), row)
+        clear(sums)
+        for k in range(0, n1, 2):
+            add_nodes(form, row, s[k * size : (k + 2) * size], tiny, sums)
+        add_row(form, at[LANES:], sums, moments)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def near_moments(
-    span, points, point_of, elements, found, boxes, counts, plain, ordered, starts, g, shapes,
-    control, collapsed, degree, layer, split, polar, plain_order, nodes, weights, tiny, moments,
+    span, form, points, point_of, elements, found, boxes, counts, plain, ordered, starts, shapes,
+    control, collapsed, split, polar, plain_order, nodes, weights, tiny, moments,
 ):  # fmt: skip
-    """Moments ``(n_pairs, (degree + 1)**2, 6)`` of near pairs.
+    """Moments ``(n_pairs, (degree + 1)**2, 6)`` of near pairs, by a span of the groups.
 
     Parameters
     ----------
+    form : tuple of three tuples
+        As in `_patch_lane_kernels`.
     points, point_of : (n_points, 3), (n_pairs,) array
     elements, boxes : (n_pairs,) int array, (n_pairs, 4) array
         Element and the piece of it, in its local coordinates, that the rule covers.
@@ -153,70 +150,61 @@ def near_moments(
     polar : (int, int)
         Radial and angular order; doubled on elements with a collapsed edge.
     """
-    m = degree + 1
-    largest = 2 * (nodes.shape[0] - 1)
-    n_blocks = min(BLOCKS, starts.size - 1)
-    for block in range(span[0], span[1]):
-        target, shape = np.empty(3 * LANES), np.empty(shapes.shape[1] * LANES)
-        s, ws, t, wt = (
-            np.empty(largest * LANES), np.empty(largest * LANES), np.empty(largest * LANES),
-            np.empty(largest * LANES),
-        )  # fmt: skip
-        sigma, bs = np.empty(largest * LANES), np.empty(largest * m * LANES)
-        bt, row = np.empty(m * LANES), np.empty(6 * (g + 1) * LANES)
-        place, kernel = np.empty(9 * LANES), np.empty(24 * LANES)
-        sums, total = np.empty(6 * m * LANES), np.empty(6 * m * m * LANES)
-        origin, rays, ray = np.empty(2 * LANES), np.empty(4 * RAY * LANES), np.empty(3 * LANES)
-        spot, values, one = np.empty(5 * LANES), np.empty(4 * m * m * LANES), np.ones(LANES)
-        scratch, out = np.empty((6, max(g, degree) + 2)), np.empty((6, 3))
-        # strides mix short and long rules: equal work for every thread
-        for group in range(block, starts.size - 1, n_blocks):
-            begin, end = starts[group], starts[group + 1]
-            first = ordered[begin]
-            n1, n2 = counts[first, 0], counts[first, 1]
-            own = found[first, 2] < 0.0
-            for x in range(LANES):
-                k = ordered[min(begin + x, end - 1)]
-                e, box = elements[k], boxes[k]
-                for c in range(3):
-                    target[c * LANES + x] = points[point_of[k], c]
-                coefficients = shapes[e]
-                for c in range(coefficients.size):
-                    shape[c * LANES + x] = coefficients[c]
-                s0, t0 = found[k, 0], found[k, 1]
-                if own:
-                    origin[x], origin[LANES + x] = s0, t0
-                    form = metric(control[e], s0, t0, scratch, out)
-                    for i in range(4):
-                        part = rays[i * RAY * LANES : (i + 1) * RAY * LANES]
-                        triangle(s0, t0, box, EDGES[i], form, x, part)
-                else:
-                    b1, b2 = found[k, 2], found[k, 3]
-                    sinh_line(n1, s0, b1, box[0], box[1], split, nodes, weights, x, s, ws)
-                    sinh_line(n2, t0, b2, box[2], box[3], split, nodes, weights, x, t, wt)
-            clear(total)
+    m, g = len(form[1]), len(form[0]) - 1
+    longest = 2 * nodes.shape[0] * LANES
+    shape, where = np.empty(shapes.shape[1] * LANES), np.empty(8 * LANES)
+    v, w, growth = np.empty(2 * longest), np.empty(2 * longest), np.empty(longest)
+    s, t, ones = np.empty((m + 1) * longest), np.empty((m + 1) * longest), np.empty(LANES)
+    row, values = np.empty(6 * (g + 1) * LANES), np.empty(12 * LANES)
+    sums, total = np.empty(6 * m * LANES), np.empty(6 * m * m * LANES)
+    origin, rays, ray = np.empty(2 * LANES), np.empty(4 * RAY * LANES), np.empty(3 * LANES)
+    spot, scratch, out = np.empty(4 * LANES), np.empty((6, max(g + 1, m) + 1)), np.empty((6, 3))
+    for group in range(span[0], span[1]):
+        begin, end = starts[group], starts[group + 1]
+        first = ordered[begin]
+        n1, n2 = counts[first, 0], counts[first, 1]
+        own = found[first, 2] < 0.0
+        for x in range(LANES):
+            k = ordered[min(begin + x, end - 1)]
+            e, box = elements[k], boxes[k]
+            coefficients = shapes[e]
+            for c in range(coefficients.size):
+                shape[c * LANES + x] = coefficients[c]
+            for c in range(3):
+                shape[c * (g + 1) * (g + 1) * LANES + x] -= points[point_of[k], c]
+            s0, t0 = found[k, 0], found[k, 1]
             if own:
-                double = 2 if collapsed[elements[first]] else 1
+                origin[x], origin[LANES + x] = s0, t0
+                metric_at = metric(control[e], s0, t0, scratch, out)
                 for i in range(4):
-                    polar_pass(
-                        double * polar[0], double * polar[1], g, degree, layer, target, shape,
-                        origin, rays[i * RAY * LANES : (i + 1) * RAY * LANES], nodes, weights,
-                        tiny, ray, spot, bs, bt, row, place, kernel, values, one, total,
-                    )  # fmt: skip
+                    part = rays[i * RAY * LANES : (i + 1) * RAY * LANES]
+                    triangle(s0, t0, box, EDGES[i], metric_at, x, part)
             else:
-                tensor_pass(
-                    n1, n2, g, degree, layer, target, shape, s, ws, t, wt, tiny, sigma, bs, bt,
-                    row, place, kernel, sums, total,
+                b1, b2 = found[k, 2], found[k, 3]
+                sinh_line(n1, s0, b1, box[0], box[1], split, nodes, weights, x, where, v, w)
+                sinh_line(
+                    n2, t0, b2, box[2], box[3], split, nodes, weights, x, where[4 * LANES :],
+                    v[longest:], w[longest:],
                 )  # fmt: skip
-            if plain[first] == 1:
-                plain_line(plain_order, -1.0, nodes, weights, s, ws)
-                plain_line(plain_order, 1.0, nodes, weights, t, wt)
-                tensor_pass(
-                    plain_order, plain_order, g, degree, layer, target, shape, s, ws, t, wt, tiny,
-                    sigma, bs, bt, row, place, kernel, sums, total,
+        clear(total)
+        if own:
+            double = 2 if collapsed[elements[first]] else 1
+            for i in range(4):
+                polar_pass(
+                    form, double * polar[0], double * polar[1], shape, origin,
+                    rays[i * RAY * LANES : (i + 1) * RAY * LANES], nodes, weights, tiny, ray,
+                    spot, s, t, row, values, total,
                 )  # fmt: skip
-            for x in range(end - begin):
-                line = moments[ordered[begin + x]]
-                for b in range(m * m):
-                    for c in range(6):
-                        line[b, c] = total[(6 * b + c) * LANES + x]
+        else:
+            sinh_tables(form, n1 + 1, where, v, w, growth, s)
+            sinh_tables(form, n2, where[4 * LANES :], v[longest:], w[longest:], growth, t)
+            tensor_pass(form, n1, n2, shape, s, t, tiny, row, sums, total)
+        if plain[first] == 1:
+            plain_tables(form, plain_order, -1.0, nodes, weights, v, ones, s)
+            plain_tables(form, plain_order, 1.0, nodes, weights, v, ones, t)
+            tensor_pass(form, plain_order, plain_order, shape, s, t, tiny, row, sums, total)
+        for x in range(end - begin):
+            line = moments[ordered[begin + x]]
+            for b in range(m * m):
+                for c in range(6):
+                    line[b, c] = OVER_8_PI * total[(6 * b + c) * LANES + x]

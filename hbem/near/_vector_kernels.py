@@ -3,6 +3,7 @@
 Flat arrays with the lane innermost and loops of constant length, as in `_patch_lane_kernels`.
 The single layer keeps a form of its own, with the surface element ``|a x b|`` under the root: one
 root instead of two. Written with `hbem._stokes_kernels.stokeslet` it took 1.5 to 4 times as long.
+Two nodes at a time are added to the sums: these are loaded and stored half as often.
 """
 
 from __future__ import annotations
@@ -10,146 +11,101 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .._stokes_kernels import OVER_8_PI, stresslet
-from ._patch_lane_kernels import LANES, cubic, general, quadratic
+from ._patch_lane_kernels import LANES, lane, line_values
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def single(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
-    """Components of the single layer times ``w |a x b|``."""
+@njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+def components(layer, r0, r1, r2, a0, a1, a2, b0, b1, b2, tiny):
+    """Components 00 01 02 11 12 22 of 8 pi times a kernel and ``|a x b|``; ``r = y - x``.
+
+    The unit normal of the double layer times ``|a x b|`` is ``a x b``.
+    """
     n0, n1, n2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     square = r0 * r0 + r1 * r1 + r2 * r2
-    inverse = 1.0 / (square if square > tiny else tiny)
-    one = w * OVER_8_PI * np.sqrt((n0 * n0 + n1 * n1 + n2 * n2) * inverse)
-    one = one if square > tiny else 0.0
-    three = one * inverse
+    inverse = 1.0 / square if square > tiny else 0.0
+    if len(layer) == 0:
+        one = np.sqrt((n0 * n0 + n1 * n1 + n2 * n2) * inverse)
+        three = one * inverse
+    else:
+        one = 0.0
+        three = (r0 * n0 + r1 * n1 + r2 * n2) * -6.0 * inverse * inverse * np.sqrt(inverse)
     t0, t1 = three * r0, three * r1
     return one + t0 * r0, t0 * r1, t0 * r2, one + t1 * r1, t1 * r2, one + three * r2 * r2
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def double(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
-    """Components of the double layer, the unit normal times ``|a x b|`` being ``a x b``."""
-    n0, n1, n2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
-    five = stresslet(w * OVER_8_PI, r0, r1, r2, n0, n1, n2, tiny)
-    t0, t1 = five * r0, five * r1
-    return t0 * r0, t0 * r1, t0 * r2, t1 * r1, t1 * r2, five * r2 * r2
+@njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+def row_values(form, row, u, x, tiny):
+    """`components` of one lane at one node of a row: u is ``2 s - 1``."""
+    n = len(form[0])
+    r0, a0 = line_values(form[0], row, x, LANES, u)
+    r1, a1 = line_values(form[0], row, n * LANES + x, LANES, u)
+    r2, a2 = line_values(form[0], row, 2 * n * LANES + x, LANES, u)
+    b0, _ = line_values(form[0], row, 3 * n * LANES + x, LANES, u)
+    b1, _ = line_values(form[0], row, 4 * n * LANES + x, LANES, u)
+    b2, _ = line_values(form[0], row, 5 * n * LANES + x, LANES, u)
+    return components(form[2], r0, r1, r2, a0, a1, a2, b0, b1, b2, tiny)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def components(layer, r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny):
-    """`single` or `double`; the compiler takes the choice out of a loop over lanes."""
-    if layer == 0:
-        return single(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny)
-    return double(r0, r1, r2, a0, a1, a2, b0, b1, b2, w, tiny)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def quadratic_values(layer, target, row, sigma, ws, wt, tiny, out):
-    """`kernel_values` of biquadratic patches."""
-    n = LANES
+def add_nodes(form, row, nodes, tiny, sums):
+    """Add two nodes of a row: ``nodes (2, m + 1, LANES)`` to ``sums (m, 6, LANES)``."""
+    m, n = len(form[1]), LANES
     for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
-            components(layer, *quadratic(target, row, sigma[x], x), ws[x] * wt[x], tiny)
-        )
+        p0, p1, p2, p3, p4, p5 = row_values(form, row, nodes[x], x, tiny)
+        q0, q1, q2, q3, q4, q5 = row_values(form, row, nodes[(m + 1) * n + x], x, tiny)
+        for i in range(m):
+            o, v, w = 6 * i * n + x, nodes[(1 + i) * n + x], nodes[(m + 2 + i) * n + x]
+            sums[o] += v * p0 + w * q0
+            sums[n + o] += v * p1 + w * q1
+            sums[2 * n + o] += v * p2 + w * q2
+            sums[3 * n + o] += v * p3 + w * q3
+            sums[4 * n + o] += v * p4 + w * q4
+            sums[5 * n + o] += v * p5 + w * q5
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def cubic_values(layer, target, row, sigma, ws, wt, tiny, out):
-    """`kernel_values` of bicubic patches."""
-    n = LANES
-    for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
-            components(layer, *cubic(target, row, sigma[x], x), ws[x] * wt[x], tiny)
-        )
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def general_values(layer, place, ws, wt, tiny, out):
-    """`kernel_values` from `general` points."""
-    n = LANES
-    for x in range(LANES):
-        out[x], out[n + x], out[2 * n + x], out[3 * n + x], out[4 * n + x], out[5 * n + x] = (
-            components(
-                layer, place[x], place[n + x], place[2 * n + x],
-                place[3 * n + x], place[4 * n + x], place[5 * n + x],
-                place[6 * n + x], place[7 * n + x], place[8 * n + x],
-                ws[x] * wt[x], tiny,
-            )
-        )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def kernel_values(g, layer, target, row, sigma, ws, wt, tiny, place, out):
-    """Six kernel components at one node of every lane: ``out (6, LANES)``.
-
-    ``layer`` 0 is the single layer, 1 the double; g the degree of the patch.
-    """
-    if g == 2:
-        quadratic_values(layer, target, row, sigma, ws, wt, tiny, out)
-    elif g == 3:
-        cubic_values(layer, target, row, sigma, ws, wt, tiny, out)
-    else:
-        general(g, target, row, sigma, place)
-        general_values(layer, place, ws, wt, tiny, out)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def add_nodes(m, values, kernel, sums):
-    """Add four nodes of a row: ``sums (m, 6, ...) += values (4, m, ...) kernel (4, 6, ...)``."""
-    n, o = LANES, m * LANES
+def add_row(form, values, sums, moments):
+    """Add a row: ``moments (m, m, 6, LANES)`` by ``sums (m, 6, LANES)``, ``values (m, LANES)``."""
+    m, n = len(form[1]), LANES
     for i in range(m):
-        b, a = i * n, 6 * i * n
+        part, out = sums[6 * i * n : 6 * (i + 1) * n], moments[6 * m * i * n : 6 * m * (i + 1) * n]
         for x in range(LANES):
-            v0, v1 = values[b + x], values[b + o + x]
-            v2, v3 = values[b + 2 * o + x], values[b + 3 * o + x]
-            sums[a + x] += (v0 * kernel[x] + v1 * kernel[6 * n + x]) + (
-                v2 * kernel[12 * n + x] + v3 * kernel[18 * n + x]
-            )
-            sums[a + n + x] += (v0 * kernel[n + x] + v1 * kernel[7 * n + x]) + (
-                v2 * kernel[13 * n + x] + v3 * kernel[19 * n + x]
-            )
-            sums[a + 2 * n + x] += (v0 * kernel[2 * n + x] + v1 * kernel[8 * n + x]) + (
-                v2 * kernel[14 * n + x] + v3 * kernel[20 * n + x]
-            )
-            sums[a + 3 * n + x] += (v0 * kernel[3 * n + x] + v1 * kernel[9 * n + x]) + (
-                v2 * kernel[15 * n + x] + v3 * kernel[21 * n + x]
-            )
-            sums[a + 4 * n + x] += (v0 * kernel[4 * n + x] + v1 * kernel[10 * n + x]) + (
-                v2 * kernel[16 * n + x] + v3 * kernel[22 * n + x]
-            )
-            sums[a + 5 * n + x] += (v0 * kernel[5 * n + x] + v1 * kernel[11 * n + x]) + (
-                v2 * kernel[17 * n + x] + v3 * kernel[23 * n + x]
-            )
+            k0, k1, k2 = part[x], part[n + x], part[2 * n + x]
+            k3, k4, k5 = part[3 * n + x], part[4 * n + x], part[5 * n + x]
+            for j in range(m):
+                o, v = 6 * j * n + x, values[j * n + x]
+                out[o] += v * k0
+                out[n + o] += v * k1
+                out[2 * n + o] += v * k2
+                out[3 * n + o] += v * k3
+                out[4 * n + o] += v * k4
+                out[5 * n + o] += v * k5
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def add_node(m, values, kernel, sums):
-    """Add one node; also a row: ``sums (m, 6, LANES) += values (m, LANES) kernel (6, LANES)``."""
+def point_values(form, row, node, tiny, values):
+    """Six `components` at one node of every lane: ``values (6, LANES)``."""
     n = LANES
+    for x in range(LANES):
+        k0, k1, k2, k3, k4, k5 = row_values(form, row, node[x], x, tiny)
+        values[x], values[n + x], values[2 * n + x] = k0, k1, k2
+        values[3 * n + x], values[4 * n + x], values[5 * n + x] = k3, k4, k5
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def add_points(form, values, s, t, moments):
+    """Add two points anywhere: ``values (2, 6, LANES)``, node tables ``s, t (2, m + 1, LANES)``."""
+    m, n = len(form[1]), LANES
     for i in range(m):
-        b, a = i * n, 6 * i * n
+        out = moments[6 * m * i * n : 6 * m * (i + 1) * n]
+        first, second = lane(s, 1 + i), lane(s, m + 2 + i)
         for x in range(LANES):
-            v = values[b + x]
-            sums[a + x] += v * kernel[x]
-            sums[a + n + x] += v * kernel[n + x]
-            sums[a + 2 * n + x] += v * kernel[2 * n + x]
-            sums[a + 3 * n + x] += v * kernel[3 * n + x]
-            sums[a + 4 * n + x] += v * kernel[4 * n + x]
-            sums[a + 5 * n + x] += v * kernel[5 * n + x]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def clear(sums):
-    for x in range(sums.size):
-        sums[x] = 0.0
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def products(m, bs, bt, values):
-    """Tensor functions at one node of every lane: ``values (m, m, LANES)``."""
-    for i in range(m):
-        for j in range(m):
-            o, p, q = (i * m + j) * LANES, i * LANES, j * LANES
-            for x in range(LANES):
-                values[o + x] = bs[p + x] * bt[q + x]
+            for j in range(m):
+                o = 6 * j * n + x
+                v, w = first[x] * t[(1 + j) * n + x], second[x] * t[(m + 2 + j) * n + x]
+                out[o] += v * values[x] + w * values[6 * n + x]
+                out[n + o] += v * values[n + x] + w * values[7 * n + x]
+                out[2 * n + o] += v * values[2 * n + x] + w * values[8 * n + x]
+                out[3 * n + o] += v * values[3 * n + x] + w * values[9 * n + x]
+                out[4 * n + o] += v * values[4 * n + x] + w * values[10 * n + x]
+                out[5 * n + o] += v * values[5 * n + x] + w * values[11 * n + x]

@@ -64,6 +64,14 @@ class NearField:
         """Transposed product with densities ``(n_dofs, 3, k)``."""
         return (self.matrix().T @ x.reshape(-1, x.shape[2])).reshape(x.shape)
 
+    def transposed(self) -> NearField:
+        """The same with test and density functions exchanged."""
+        numbers, shape = np.arange(self.indices.size), (self.n_dofs, self.n_dofs)
+        places = csr_matrix((numbers, self.indices, self.indptr), shape)
+        turned = places.T.tocsr()
+        indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
+        return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
+
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)

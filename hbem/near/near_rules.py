@@ -114,11 +114,12 @@ def _moments(
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
     groups = _groups(keys[ordered])
+    form = (0.0,) * (g + 1), (0.0,) * (q + 1), (0.0,) * int(layer)
     over(
-        min(kernels.BLOCKS, groups.size - 1), kernels.near_moments,
-        pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered, groups, g,
+        groups.size - 1, kernels.near_moments, form,
+        pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered, groups,
         shapes.power_coefficients, shapes.control, surface.collapsed,
-        q, int(layer), split, (orders.radial, orders.angular), orders.source,
+        split, (orders.radial, orders.angular), orders.source,
         nodes, weights, coincident_distance_squared(surface), moments,
     )  # fmt: skip
     return moments

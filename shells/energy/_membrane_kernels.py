@@ -8,8 +8,7 @@ the principal Green strains e1 >= e2 and the stiffness C = E h / (1 - nu^2):
     slack     else                  0
 
 Used is ``(1 - k) W_r + k W``. Strains are Voigt (E_00, E_11, 2 E_01) in an orthonormal frame, with
-the elasticity matrix there. W_r is convex and C1; its second derivative jumps between states. What
-`_shell_kernels` sums at points without bending energy is here too.
+the elasticity matrix there. W_r is convex and C1; its second derivative jumps between states.
 """
 
 import numpy as np
@@ -80,37 +79,3 @@ def points(strain, C, k, state, principal, psi, n, D):
         if state[p] != TAUT and k < 1.0:
             psi[p] = k * psi[p] + (1.0 - k) * relaxed_energy(e, C, state[p])
             relax(e, C, state[p], k, n[p], D[p])
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def membrane_alone(jet, g, weight, n, D, B, DB, tangent, R, K):
-    """A point without bending: its part of R and, if asked for, of K; B and DB are overwritten.
-
-    n carries the point's weight, the moduli D do not.
-    """
-    nb = jet.shape[0]
-    for a in range(nb):
-        n0, n1 = jet[a, 0], jet[a, 1]
-        for i in range(3):
-            r = 3 * a + i
-            B[0, r] = n0 * g[0, i]
-            B[1, r] = n1 * g[1, i]
-            B[2, r] = n0 * g[1, i] + n1 * g[0, i]
-            R[r] += n[0] * B[0, r] + n[1] * B[1, r] + n[2] * B[2, r]
-    if not tangent:
-        return
-    for r in range(3 * nb):
-        for c in range(3):
-            DB[c, r] = weight * (D[c, 0] * B[0, r] + D[c, 1] * B[1, r] + D[c, 2] * B[2, r])
-    for r in range(3 * nb):
-        row = K[r]
-        for f in range(3):
-            factor = B[f, r]
-            for c in range(r - r % 3 + 3):
-                row[c] += factor * DB[f, c]
-    for a in range(nb):
-        for b in range(a + 1):
-            A0, A1, B0, B1 = jet[a, 0], jet[a, 1], jet[b, 0], jet[b, 1]
-            value = n[0] * A0 * B0 + n[1] * A1 * B1 + n[2] * (A0 * B1 + A1 * B0)
-            for i in range(3):
-                K[3 * a + i, 3 * b + i] += value

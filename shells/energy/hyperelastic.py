@@ -14,10 +14,12 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..surfaces.element_basis import ElementBasis
-from ..surfaces.form import Scatter
+from ._shell_kernels import PAIRS as COMPONENTS
 from .densities import Density
 from .interface import ShellEnergy
-from .point_tables import check_bending, point_tables
+from .points.block_scatter import BlockScatter
+from .points.jet_sums import JetSums, blocks
+from .points.point_tables import check_bending, point_tables
 
 LEVI = np.zeros((3, 3, 3))
 LEVI[0, 1, 2] = LEVI[1, 2, 0] = LEVI[2, 0, 1] = 1.0
@@ -129,18 +131,16 @@ class HyperelasticShell(ShellEnergy):
         check_bending(basis.surface, density.material, seams)
         self.basis, self.density, self.material = basis, density, density.material
         self._tables = point_tables(basis, density.material, exact_reference=exact_reference)
-        self._dofs = basis.surface.element_dofs
+        self._sums = JetSums(self._tables.jets, basis.surface.element_dofs)
+        self._blocks = BlockScatter([self._sums.dofs], basis.surface.n_coefficients)
         self._reference = np.concatenate([self._tables.metric, self._tables.curvature], axis=-1)
-        self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
 
     def _batches(self, x: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-        local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
-        for start in range(0, self._dofs.shape[0], BLOCK):
-            part = slice(start, start + BLOCK)
-            jets = self._tables.base[part] + np.einsum(
-                "eqad,eac->eqdc", self._tables.jets[part], local[part]
-            )
-            yield part, jets.reshape(-1, 5, 3), self._reference[part].reshape(-1, 6)
+        c = np.asarray(x, dtype=float).reshape(-1, 3)
+        for part in blocks(len(self._sums.dofs), BLOCK):
+            jets = self._sums.jets(c, part)
+            jets += self._tables.base[part].reshape(jets.shape)
+            yield part, jets, self._reference[part].reshape(-1, 6)
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
         # all of it counts as membrane energy
@@ -154,27 +154,18 @@ class HyperelasticShell(ShellEnergy):
         return self.gradient_and_tangent(x)[0]
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        ne, nb = self._dofs.shape
-        R, K = np.empty((ne, 3 * nb)), np.empty((ne, 3 * nb, 3 * nb))
+        R, data = np.empty((*self._sums.dofs.shape, 3)), self._blocks.zeros()
+        i, j = COMPONENTS.T
         for part, jets, reference in self._batches(x):
             normal = _normal(jets)
             y, dy = forms_and_gradient(jets, normal)
             _, slope, curve = self.density(y, reference)
-            w = self.basis.dx[part]
-            size = (*w.shape, 15)
-            first = np.einsum("nk,nkdi->ndi", slope, dy).reshape(size) * w[..., None]
+            w = self.basis.dx[part].reshape(-1, 1, 1)
+            R[part] = self._sums.force(np.einsum("nk,nkdi->ndi", slope, dy) * w, part)
             flat = dy.reshape(-1, 6, 15)
             second = np.swapaxes(flat, 1, 2) @ curve @ flat
             second += forms_hessian(jets, slope, normal).reshape(-1, 15, 15)
-            second = second.reshape(*size, 15) * w[..., None, None]
-            # a vector function is a scalar one times a unit vector: contract scalars only
-            N = self._tables.jets[part]
-            m = N.shape[0]
-            local = np.einsum("eqad,eqdi->eai", N, first.reshape(*w.shape, 5, 3), optimize=True)
-            R[part] = local.reshape(m, -1)
-            half = (N @ second.reshape(*w.shape, 5, 45)).reshape(*w.shape, nb, 3, 5, 3)
-            left = half.transpose(0, 2, 3, 5, 1, 4).reshape(m, 9 * nb, -1)
-            right = N.transpose(0, 1, 3, 2).reshape(m, -1, nb)
-            blocks = (left @ right).reshape(m, nb, 3, 3, nb)
-            K[part] = np.swapaxes(blocks, 3, 4).reshape(m, 3 * nb, 3 * nb)
-        return self._scatter.vector(R), self._scatter.matrix(K)
+            second = (second * w).reshape(-1, 5, 3, 5, 3).transpose(0, 1, 3, 2, 4)[..., i, j]
+            H = np.ascontiguousarray(second.swapaxes(2, 3))
+            self._blocks.add(data, 0, self._sums.tangent(H, part), part)
+        return self._blocks.vector(0, R), self._blocks.matrix(data)

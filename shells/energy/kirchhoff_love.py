@@ -11,21 +11,21 @@ all Christoffel terms of the double Gamma-gradient cancel and A is the identity.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import ElementForm, Scatter
-from . import _shell_kernels as kernels
 from .frame import fundamental_forms
 from .interface import ShellEnergy
 from .material import Material, check_share
-from .point_tables import check_bending, point_tables, with_reduced_membrane
+from .points.block_scatter import BlockScatter, whole
+from .points.jet_sums import blocks
+from .points.point_energy import PointEnergy
+from .points.point_tables import check_bending, point_tables, reduced_membrane
 
 
 class KirchhoffLove(ShellEnergy):
@@ -108,10 +108,16 @@ class KirchhoffLove(ShellEnergy):
         )
         if hinges is not None:
             self._tables.weights[1, np.asarray(hinges, dtype=bool)] = 0.0
-        self._own = slice(basis.dx.shape[1])  # reduced membrane points follow those of the basis
-        if membrane == "reduced":
-            self._tables = with_reduced_membrane(self._tables, basis, material, exact_reference)
         self._dofs = basis.surface.element_dofs
+        sets, bends = [self._tables], material.flexural_rigidity > 0.0
+        if membrane == "reduced":
+            self._tables.weights[0] = 0.0
+            sets = [self._tables] * bends + [reduced_membrane(basis, material, exact_reference)]
+        self._sets = [
+            PointEnergy(t if bends else t.membrane, material, self._dofs, compression_share)
+            for t in sets
+        ]
+        self._blocks = BlockScatter([self._dofs], basis.surface.n_coefficients)
 
     @cached_property
     def _scatter(self) -> Scatter:
@@ -127,13 +133,6 @@ class KirchhoffLove(ShellEnergy):
         """W'' as a bilinear form."""
         return ElementForm(lambda x: self.elements(x, True)[1], self.basis, 2, self._scatter)
 
-    def _arguments(self, x: np.ndarray, *outputs: Any) -> tuple[Any, ...]:
-        t = self._tables
-        rigidity = self.material.flexural_rigidity
-        coefficients = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3))
-        shape = (t.jets, t.base, t.weights, t.metric, t.curvature, t.elasticity)
-        return (*shape, rigidity, self.compression_share, self._dofs, coefficients, *outputs)
-
     def elements(self, x: np.ndarray, tangent: bool) -> tuple[np.ndarray, np.ndarray]:
         """Element arrays of W' and, if asked for, W''.
 
@@ -145,18 +144,28 @@ class KirchhoffLove(ShellEnergy):
         Returns
         -------
         (n_elements, m) array and (n_elements, m, m) array
-            The second without meaning where no tangent is asked for.
+            The second is empty where no tangent is asked for.
         """
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        R = np.empty((ne, nd))
-        K = np.empty((ne, nd, nd) if tangent else (1, 1, 1))
-        over(ne, kernels.force_and_tangent, *self._arguments(x, tangent, R, K))
-        return R, K
+        found = list(self._variations(x, tangent))
+        R, K = (np.concatenate([f[k] for f in found]) for k in (1, 2))
+        return R.reshape(len(R), -1), whole(K)
+
+    def _variations(
+        self, x: np.ndarray, tangent: bool
+    ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+        """Elements with their W' (n, m, 3) and W'' (n, m, 6, m), block by block."""
+        c = np.asarray(x, dtype=float).reshape(-1, 3)
+        for part in blocks(len(self._dofs)):
+            R, K = self._sets[0].variations(c, tangent, part)
+            for points in self._sets[1:]:
+                more, stiffer = points.variations(c, tangent, part)
+                R, K = R + more, K + stiffer
+            yield part, R, K
 
     @property
     def elasticity(self) -> np.ndarray:
         """Elasticity in Voigt order at the basis' points, ``(n_elements, n_points, 3, 3)``."""
-        return self._tables.elasticity[:, self._own]
+        return self._tables.elasticity
 
     def forms(self, x: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
         """Fundamental forms (00, 11, 01) in the shell's frame.
@@ -171,23 +180,31 @@ class KirchhoffLove(ShellEnergy):
             ``(A, B), a, b`` of the reference and of the configuration with coefficients ``x``,
             each ``(n_elements, n_points, 3)``.
         """
-        t, own = self._tables, self._own
+        t = self._tables
         local = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
-        spline = np.einsum("eqad,eac->eqdc", t.jets[:, own], local, optimize=True)
-        first, second = fundamental_forms(np.moveaxis(t.base[:, own] + spline, 2, 0))
-        return (t.metric[:, own], t.curvature[:, own]), first, second
+        spline = np.einsum("eqda,eac->eqdc", t.jets, local, optimize=True)
+        first, second = fundamental_forms(np.moveaxis(t.base + spline, 2, 0))
+        return (t.metric, t.curvature), first, second
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
-        out = np.empty((self._dofs.shape[0], 2))
-        over(out.shape[0], kernels.energy, *self._arguments(x, out))
-        membrane, bending = out.sum(axis=0)
+        c = np.asarray(x, dtype=float).reshape(-1, 3)
+        parts = blocks(len(self._dofs))
+        found = [points.energy(c, part) for part in parts for points in self._sets]
+        membrane, bending = np.sum(found, axis=0)
         return float(membrane), float(bending)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
         # [T 2.18a]
-        return self._scatter.vector(self.elements(x, False)[0])
+        return self._blocks.vector(0, np.concatenate([R for _, R, _ in self._variations(x, False)]))
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
         # [T 2.18]
-        R, K = self.elements(x, True)
-        return self._scatter.vector(R), self._scatter.matrix(K)
+        R, data = self._with_tangents(x)
+        return self._blocks.vector(0, R), self._blocks.matrix(data)
+
+    def _with_tangents(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """W' of all elements, and the data of a matrix with their W''."""
+        R, data = np.empty((*self._dofs.shape, 3)), self._blocks.zeros()
+        for part, R[part], K in self._variations(x, True):
+            self._blocks.add(data, 0, K, part)
+        return R, data

@@ -9,17 +9,20 @@ contains a spurious edge load, and `OpenVolume` takes the short form
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, identity, kron
 
-from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import Scatter
 from ..surfaces.spline_surface import SplineSurface
 from ..surfaces.splines import unit_gauss
 from . import _shell_kernels as kernels
 from .interface import Enclosure
+from .points.block_scatter import BlockScatter
+from .points.jet_sums import JetSums, blocks
 
 
 class EnclosedVolume(Enclosure):
@@ -39,30 +42,41 @@ class EnclosedVolume(Enclosure):
         self.basis, self.offset = basis, offset
         self.apex = np.zeros(3) if apex is None else np.asarray(apex, dtype=float)
         stacked = np.stack([basis.values, basis.grads[0], basis.grads[1]])
-        self._values = np.ascontiguousarray(np.moveaxis(stacked, (0, 1), (3, 2)))
-        self._dw = np.ascontiguousarray(basis.parameter_weights)
-        self._dofs = basis.surface.element_dofs
-        self._scatter = Scatter(np.ascontiguousarray(basis.element_dofs.T), basis.N)
+        self._sums = JetSums(
+            np.ascontiguousarray(stacked.transpose(2, 3, 0, 1)), basis.surface.element_dofs
+        )
+        self._weights = basis.parameter_weights
+        self._blocks = BlockScatter([self._sums.dofs], basis.surface.n_coefficients)
 
-    def _elements(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        Q = np.empty(ne)
-        R = np.empty((ne, nd) if order > 0 else (1, 1))
-        K = np.empty((ne, nd, nd) if order > 1 else (1, 1, 1))
-        c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3) - self.apex)
-        over(ne, kernels.volume_terms, self._values, self._dw, self._dofs, c, order, Q, R, K)
-        return Q, R, K
+    def _sum(self, x: np.ndarray, order: int) -> tuple[float, np.ndarray, np.ndarray]:
+        """Q, vector of Q' and data of Q'' as far as the order goes."""
+        c = np.asarray(x, dtype=float).reshape(-1, 3) - self.apex
+        sums, thirds = self._sums, self._weights / 3.0
+        Q, R = np.empty(thirds.shape), np.zeros((*sums.dofs.shape, 3))
+        data = self._blocks.zeros() if order > 1 else np.empty(0)
+        for part in blocks(len(thirds)):
+            S, H = sums.zeros(part, order > 1)
+            kernels.volume(sums.jets(c, part), thirds[part].ravel(), order, Q[part].ravel(), S, H)
+            if order > 0:
+                R[part] = sums.force(S, part)
+            if order > 1:
+                self._blocks.add(data, 0, sums.tangent(H, part), part)
+        return float(Q.sum()) + self.offset, self._blocks.vector(0, R), data
 
     def value(self, x: np.ndarray) -> float:
-        return float(self._elements(x, 0)[0].sum()) + self.offset
+        return self._sum(x, 0)[0]
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        return self._scatter.vector(self._elements(x, 1)[1])
+        return self._sum(x, 1)[1]
 
     def derivatives(self, x: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
         # [T 2.30]
-        Q, R, K = self._elements(x, 2)
-        return float(Q.sum()) + self.offset, self._scatter.vector(R), self._scatter.matrix(K)
+        Q, R, data = self._sum(x, 2)
+        return Q, R, self._blocks.matrix(data)
+
+    @cached_property
+    def _scatter(self) -> Scatter:
+        return Scatter(np.ascontiguousarray(self.basis.element_dofs.T), self.basis.N)
 
     def pressure_force(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
         """Force of a unit pressure, ``int rho . (theta_s x theta_t)``, and its derivative.
@@ -77,17 +91,17 @@ class EnclosedVolume(Enclosure):
         -------
         (3 n_coefficients,) array and (3 n_coefficients, 3 n_coefficients) sparse matrix
         """
-        c = np.asarray(x, dtype=float).reshape(-1, 3)[self._dofs]
-        N, N0, N1 = np.moveaxis(self._values, -1, 0)
+        dofs = self._sums.dofs
+        c = np.asarray(x, dtype=float).reshape(-1, 3)[dofs]
+        N, N0, N1 = np.moveaxis(self._sums.tables, 2, 0)
         t0, t1 = (np.einsum("eqa,eac->eqc", n, c) for n in (N0, N1))
-        w = self._dw[..., None]
+        w = self._weights[..., None]
         R = np.einsum("eqa,eqc->eac", N, np.cross(t0, t1) * w)
         arm = N0[..., None] * t1[:, :, None] - N1[..., None] * t0[:, :, None]
         turned = np.cross(np.eye(3), arm[..., None, :])  # z' of component j: (e, q, b, j, c)
         K = np.einsum("eqa,eqbji->eaibj", N * w, turned, optimize=True)
-        ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
-        R, K = R.reshape(ne, nd), K.reshape(ne, nd, nd)
-        return self._scatter.vector(R), self._scatter.matrix(K)
+        ne, nd = dofs.shape[0], 3 * dofs.shape[1]
+        return self._blocks.vector(0, R), self._scatter.matrix(K.reshape(ne, nd, nd))
 
     def check(self, extraction: csr_matrix) -> None:
         """Refuse supports that let an open boundary move out of planes through the apex.

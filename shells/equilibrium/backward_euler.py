@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from . import newton
 from .balance import Balance
+from .damped_tangent import FrozenDamping
 from .descent import Descent
 from .state import MotionState, ShellState, ShellStep
 from .supported_shell import SupportedShell
@@ -34,18 +35,19 @@ def step(
     linear = -(s.M_free @ s.reduce(state.velocity)) / dt
     if load is not None:
         linear -= s.E.T @ load.ravel()
-    operator, action = s.M_free / dt**2, None
+    operator, frozen = s.M_free / dt**2, None
     if isinstance(damping, LinearOperator) and not hasattr(damping, "dense"):
 
         def action(q: np.ndarray) -> np.ndarray:
             return s.E.T @ (damping @ (s.E @ q)) / dt
 
+        frozen = FrozenDamping(action)
     elif damping is not None:
         C = damping.dense() if hasattr(damping, "dense") else damping
         operator = operator.toarray() + (s.E.T @ (s.E.T @ C.T).T) / dt
     contact = None if s.contact is None else s.contact.at(state.t + dt)
     balance = Balance(
-        s, state.coefficients, volume, linear, operator, damping=action, contact=contact
+        s, state.coefficients, volume, linear, operator, damping=frozen, contact=contact
     )
     still = np.zeros_like(linear)
     start = s.reduce(dt * state.velocity if guess is None else guess - state.coefficients)

@@ -14,7 +14,7 @@ import numpy as np
 from ..conditions.contact import Contact
 from ..conditions.loads import Follower
 from . import newton
-from .damped_tangent import DampedFactor
+from .damped_tangent import DampedFactor, FrozenDamping
 from .supported_shell import SupportedShell
 
 FAR = 0.2  # of the length: the longest way that is tested for crossings
@@ -36,8 +36,8 @@ class Balance:
     operator : (n_free, n_free) sparse or dense matrix, optional
     follower : callable, optional
         Load that follows the configuration.
-    damping : callable, optional
-        Linear, known by its action only; applied inside GMRES.
+    damping : FrozenDamping, optional
+        Known by its action only; applied inside GMRES.
     contact : Contact, optional
     """
 
@@ -47,7 +47,7 @@ class Balance:
     linear: np.ndarray
     operator: newton.Matrix | None = None
     follower: Follower | None = None
-    damping: newton.Solve | None = None
+    damping: FrozenDamping | None = None
     contact: Contact | None = None
 
     def solve(self, q: np.ndarray, pressure: float) -> newton.NewtonResult:
@@ -152,7 +152,7 @@ class Balance:
 
     def factor(self, tangent: newton.Matrix) -> newton.TangentFactor:
         """A factor of a tangent, with the damping that is no part of it."""
-        solve = self.structure.solver(tangent)
+        solver = self.structure.solver
         if self.damping is None:
-            return newton.BlockElimination(solve)
-        return DampedFactor(solve, self.damping)
+            return newton.BlockElimination(solver(tangent))
+        return DampedFactor(tangent, self.damping, solver)

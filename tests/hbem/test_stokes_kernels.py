@@ -16,7 +16,7 @@ from hbem.layers import _double_layer_kernels as double_layer
 from hbem.layers import _plain_block_kernels as plain_block
 from hbem.layers import _point_sum_kernels as point_sums
 from hbem.near._patch_lane_kernels import LANES
-from hbem.near._vector_kernels import kernel_values
+from hbem.near._vector_kernels import point_values
 from hbem.surfaces.quadrature import gauss_tables
 
 SIX = np.array([0, 1, 2, 4, 5, 8])  # components 00 01 02 11 12 22 of a 3x3 matrix
@@ -184,20 +184,19 @@ def test_cross_approximation(rng, double):
 def test_fused_near_rule(rng, degree, layer):
     """The near rule keeps a form of its own for the single layer: the surface element is inside."""
     target, sigma = rng.normal(size=(3, LANES)), rng.uniform(-1.0, 1.0, LANES)
-    row, w = rng.normal(size=(2, 3, degree + 1, LANES)), rng.random((2, LANES))
+    row = rng.normal(size=(2, 3, degree + 1, LANES))
     powers = sigma ** np.arange(degree + 1)[:, None]
     slopes = np.arange(1, degree + 1)[:, None] * powers[:-1]
     y, along_t = np.einsum("kcix,ix->kxc", row, powers)
     normal = np.cross(np.einsum("cix,ix->xc", row[0, :, 1:], slopes), along_t)
-    out, place = np.empty(6 * LANES), np.empty(9 * LANES)
-    kernel_values(
-        degree, layer, target.ravel(), row.ravel(), sigma, w[0], w[1], TINY, place, out
-    )  # fmt: skip
+    row[0, :, 0] -= target
+    out, form = np.empty(6 * LANES), ((0.0,) * (degree + 1), (0.0,) * 3, (0.0,) * layer)
+    point_values(form, row.ravel(), sigma, TINY, out)
     at = np.arange(LANES)
     expected = six(kernels(target.T, y, normal if layer == 1 else None)[at, at])
     if layer == 0:
         expected *= np.linalg.norm(normal, axis=1)[:, None]
-    agree(out.reshape(6, LANES).T, expected * (w[0] * w[1])[:, None])
+    agree(owner.OVER_8_PI * out.reshape(6, LANES).T, expected)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.5])

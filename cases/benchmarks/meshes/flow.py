@@ -85,7 +85,7 @@ def sphere_row(body: RawBody, name: str, density: int, measure: str | None = Non
     points = surface.outer.points
     exact = 5.0 * points @ STRAIN
     own = 2.0 * surface.outer.normals @ STRAIN + 3.0 * points @ STRAIN
-    error, best = _distance(surface, found.values, exact), _best(surface, own)
+    error, best = relative_distance(surface, found.values, exact), _best(surface, own)
     return {
         "case": f"raw sphere, strain, {name}, density {density}, {len(body.triangles)} triangles",
         "triangles": len(body.triangles),
@@ -108,7 +108,7 @@ def own_row(body: RawBody, name: str) -> Row:
     exact = sharp.traction(lambda x: x @ STRAIN).values
     surface = flow.surface.with_points(fine)
     found = surface.basis @ flow.traction(lambda x: x @ STRAIN).coefficients
-    error, best = _distance(surface, found, exact), _best(surface, exact)
+    error, best = relative_distance(surface, found, exact), _best(surface, exact)
     points, normals = surface.outer.points, surface.outer.normals
     own = 2.0 * normals @ STRAIN + 3.0 * points @ STRAIN
     return {
@@ -119,7 +119,7 @@ def own_row(body: RawBody, name: str) -> Row:
         "reference": "the same patches with densities of degree 5",
         "best": best,
         "error/best": error / best,
-        "reference - (2 E n + 3 E x)": _distance(surface, own, exact),
+        "reference - (2 E n + 3 E x)": relative_distance(surface, own, exact),
     }
 
 
@@ -133,7 +133,7 @@ def inside_row(case: str, body: RawBody, name: str, density: int) -> Row:
     exact = stokeslet_traction(surface.outer.points, surface.outer.normals)
     level = surface.outer.weights @ np.sum((exact - found) * surface.outer.normals, axis=1)
     exact -= level / surface.outer.weights.sum() * surface.outer.normals
-    error, best = _distance(surface, found, exact), _best(surface, exact)
+    error, best = relative_distance(surface, found, exact), _best(surface, exact)
     return {
         "case": f"{case}, {name}, density {density}",
         "triangles": len(body.triangles),
@@ -153,7 +153,7 @@ def drop_row(body: RawBody, ratio: float) -> Row:
     seconds, surface = time.perf_counter() - start, flow.surface
     points, normals = surface.outer.points, surface.outer.normals
     exact = (2.0 * normals + 3.0 * ratio * points) @ STRAIN
-    error, best = _distance(surface, found, exact), _best(surface, exact)
+    error, best = relative_distance(surface, found, exact), _best(surface, exact)
     double = flow.formulation.double
     assert double is not None
     return {
@@ -193,7 +193,7 @@ def ellipsoid_row(n: int, c: float) -> Row:
     found = flow.traction(velocity)
     seconds, surface = time.perf_counter() - start, flow.surface
     exact = spheroid_moving(c, velocity, surface.outer.points, surface.outer.normals)
-    error, best = _distance(surface, found.values, exact), _best(surface, exact)
+    error, best = relative_distance(surface, found.values, exact), _best(surface, exact)
     force = exact.T @ surface.outer.weights
     return {
         "case": f"raw ellipsoid c/a {c:g}, moving, {len(body.triangles)} triangles",
@@ -256,7 +256,7 @@ def stokeslet_traction(x: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return -6.0 * r * along[:, None]
 
 
-def _distance(surface: SampledSurface, values: np.ndarray, exact: np.ndarray) -> float:
+def relative_distance(surface: SampledSurface, values: np.ndarray, exact: np.ndarray) -> float:
     """Relative L2 distance of values at the outer points."""
     weights = surface.outer.weights[:, None]
     return float(np.sqrt(np.sum(weights * (values - exact) ** 2) / np.sum(weights * exact**2)))
@@ -265,4 +265,4 @@ def _distance(surface: SampledSurface, values: np.ndarray, exact: np.ndarray) ->
 def _best(surface: SampledSurface, exact: np.ndarray) -> float:
     """Distance of the best approximation."""
     coefficients = splu(surface.mass.tocsc()).solve(surface.project(exact))
-    return _distance(surface, surface.basis @ coefficients, exact)
+    return relative_distance(surface, surface.basis @ coefficients, exact)

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 from skfem import LinearForm
 
-from shells import _threads_kernels as kernels
 from shells.conditions.supports import extraction, pin, supported
 from shells.conditions.triangle_edges import edge_load, hold_edges, rim_edges
 from shells.energy.kinks.edge_tables import HeldSlopes
@@ -125,8 +124,6 @@ def zero_modes(n: int, degree: int) -> tuple[int, float, float, float]:
 def speed(n: int) -> tuple[dict[str, float], float]:
     """Microseconds an element of residual and tangent, one thread; tangent's asymmetry."""
     quad, theta, _ = panel(24, 3)
-    threads = kernels.get_num_threads()
-    kernels.set_num_threads(1)
     found = {"cubic quad": best(partial(quad.elements, theta, True)) / 24**2}
     found["cubic quad, assembled"] = best(partial(quad.gradient_and_tangent, theta)) / 24**2
     for degree in (2, 3):
@@ -138,7 +135,6 @@ def speed(n: int) -> tuple[dict[str, float], float]:
         found[f"{name}, with edges, assembled"] = (
             best(partial(shell.gradient_and_tangent, x)) / count
         )
-    kernels.set_num_threads(threads)
     K = shell.gradient_and_tangent(x)[1]
     return found, float(abs(K - K.T).max() / abs(K).max())
 

@@ -14,7 +14,6 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import BilinearForm, LinearForm
 
-from shells import _threads_kernels as kernels
 from shells.conditions.rigid_motions import coefficients_of
 from shells.conditions.supports import hinge, supported
 from shells.energy.densities import StVenantKirchhoff
@@ -116,7 +115,7 @@ def panel(n: int, degree: int) -> tuple[KirchhoffLove, np.ndarray, SplineSurface
 
 
 def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
-    """Residual and tangent: fused kernel on 1 and 2 threads, pointwise path, plain form."""
+    """Residual and tangent: fused kernel, pointwise path, plain form."""
     rows = []
     for degree in degrees:
         shell, theta, _ = panel(n, degree)
@@ -127,17 +126,11 @@ def kernel_rows(n: int, degrees: tuple[int, ...] = (2, 3)) -> list[Row]:
         plain = (time.perf_counter() - start) / n**2
         exact, fused = exact.tocsr(), shell.gradient_and_tangent(theta)[1]
         error = float(abs(fused - exact).max() / abs(exact).max())
-        threads = kernels.get_num_threads()
-        seconds = {}
-        for count in sorted({1, threads}):
-            kernels.set_num_threads(count)
-            seconds[count] = best(partial(shell.elements, theta, True)) / n**2
-        kernels.set_num_threads(threads)
+        quick = best(partial(shell.elements, theta, True)) / n**2
         pointwise = HyperelasticShell(shell.basis, StVenantKirchhoff(shell.material))
         slow = best(partial(pointwise.gradient_and_tangent, theta), 2) / n**2
-        fused_rows = [(f"fused, {count} thread(s)", seconds[count]) for count in seconds]
         for name, value in (
-            *fused_rows,
+            ("fused, 1 thread(s)", quick),
             ("pointwise, any material", slow),
             ("plain scikit-fem form", plain),
         ):

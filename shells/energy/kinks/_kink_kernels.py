@@ -1,173 +1,186 @@
-"""Energy of kinks over edges, force and tangent; sums of blocks into a matrix.
+"""Kinks and moments at Gauss points of edges: energy, with its derivatives by five vectors.
 
-Functions of an edge come in rows: its own first, then those of the next rows of either side. The
-point's formulas are in `_point_kernels`.
+Five vectors per point, linear in the coefficients: t along the edge, on each side i the derivative
+g_i along the conormal and ``m_i = h_nn + nu h_tt`` of the second derivatives. With
+``z_i = g_i x t``, ``J_i = |z_i|``, ``n_i = z_i / J_i``:
+
+    kink    theta = atan2(|t| [g1, g2, t], z1 . z2), less that of the stress-free shell
+    moment  M = sum_i modulus_i m_i . n_i - M0
+    energy  -M theta + stiffness / 2 theta^2
+
+theta' is ``|t| / J_i n_i`` on g_i (minus on side 2) and minus ``g_i . t / t . t`` of that on t.
 """
 
 import numpy as np
 from numba import njit
 
-from ._point_kernels import kink, point_force, point_tangent
+from .._shell_kernels import PAIRS, _cross, _dot
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _vectors(trace, beside, dofs, coefficients, fixed, v):
-    """t, g1, g2, m1, m2 at one point into v (5, 3); beside (sides, k, 2) holds g and m."""
+def kink(v, free, moduli, n, J):
+    """Kink less the stress-free one, whose cosine and sine are ``free``; and the moment.
+
+    ``free[2]`` is the moment of the stress-free shell. Normals and J go into n (2, 3), J (2,).
+    """
+    t = v[0]
+    for s in range(2):
+        _cross(v[1 + s], t, n[s])
+        J[s] = np.sqrt(_dot(n[s], n[s]))
+    cosine = _dot(n[0], n[1])
+    sine = np.sqrt(_dot(t, t)) * -_dot(n[0], v[2])  # [g1, g2, t] = -(g1 x t) . g2
+    for s in range(2):
+        for i in range(3):
+            n[s, i] /= J[s]
+    theta = np.arctan2(
+        sine * free[0] - cosine * free[1],
+        cosine * free[0] + sine * free[1],
+    )
+    moment = moduli[0] * _dot(v[3], n[0]) + moduli[1] * _dot(v[4], n[1]) - free[2]
+    return theta, moment
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def point_force(v, n, J, moduli, dtheta, dM, turn):
+    """Gradients of kink and moment by the five vectors, dtheta (5, 3) and dM (5, 3).
+
+    turn (2, 4, 3) keeps of each side: q = |t| n / J, p = (m - m.n n) / J, and n . z' by g and t.
+    """
+    t = v[0]
+    tt = _dot(t, t)
+    T = np.sqrt(tt)
     for i in range(3):
-        v[0, i] = v[1, i] = v[3, i] = v[4, i] = 0.0
-        v[2, i] = fixed[i]
-    nt, sides = trace.shape[0], beside.shape[0]
-    for a in range(nt):
+        dtheta[0, i] = dM[0, i] = dtheta[3, i] = dtheta[4, i] = 0.0
+    for s in range(2):
+        g, m, sign = v[1 + s], v[3 + s], 1.0 - 2.0 * s
+        a, along = _dot(g, t) / tt, _dot(m, n[s])
+        q, p = turn[s, 0], turn[s, 1]
         for i in range(3):
-            c = coefficients[dofs[a], i]
-            v[0, i] += trace[a, 0] * c
-            for s in range(sides):
-                v[1 + s, i] += trace[a, 1 + s] * c
-                v[3 + s, i] += trace[a, 3 + s] * c
-    for s in range(sides):
-        for k in range(beside.shape[1]):
-            a = nt + s * beside.shape[1] + k
-            for i in range(3):
-                c = coefficients[dofs[a], i]
-                v[1 + s, i] += beside[s, k, 0] * c
-                v[3 + s, i] += beside[s, k, 1] * c
+            q[i] = T / J[s] * n[s, i]
+            p[i] = (m[i] - along * n[s, i]) / J[s]
+            dtheta[1 + s, i] = sign * q[i]
+            dtheta[0, i] -= sign * a * q[i]
+            dM[3 + s, i] = moduli[s] * n[s, i]
+        _cross(t, n[s], turn[s, 2])
+        _cross(n[s], g, turn[s, 3])
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            dM[1 + s, i] = moduli[s] * (t[j] * p[k] - t[k] * p[j])
+            dM[0, i] += moduli[s] * (p[j] * g[k] - p[k] * g[j])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def energy(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, out):
-    """Energy of each edge into out (n_edges,)."""
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        total = 0.0
-        for q in range(weights.shape[1]):
-            _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], moduli[e], n, J)
-            total += weights[e, q] * theta * (0.5 * stiffness[e] * theta - moment)
-        out[e] = total
+def point_tangent(v, n, J, moduli, theta, bend, stiffness, dtheta, dM, turn, dn, H):
+    """Hessian of ``-M theta + stiffness / 2 theta^2`` by the five vectors into H (5, 3, 5, 3).
 
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def kinks(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, theta):
-    """Kinks less the stress-free ones into theta (n_edges, n_points)."""
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        for q in range(weights.shape[1]):
-            _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
-            theta[e, q] = kink(v, free[e, q], moduli[e], n, J)[0]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _spread(trace, beside, H, w, right, K):
-    """``K += w L^T H L`` for rows up to their own block; right (15, 3 m) is scratch."""
-    nt, sides, k = trace.shape[0], beside.shape[0], beside.shape[1]
-    for x in range(15):
-        for b in range(nt):
-            for j in range(3):
-                total = 0.0
-                for y in range(5):
-                    total += H[x, 3 * y + j] * trace[b, y]
-                right[x, 3 * b + j] = w * total
-        for s in range(sides):
-            for b in range(k):
-                column = 3 * (nt + s * k + b)
+    bend is ``stiffness theta - M``; dn (2, 3, 3) is scratch. Blocks (t, g), (t, m), (g, m) are set
+    on both sides of the diagonal.
+    """
+    t = v[0]
+    tt = _dot(t, t)
+    T = np.sqrt(tt)
+    for x in range(5):
+        for i in range(3):
+            for y in range(5):
                 for j in range(3):
-                    right[x, column + j] = w * (
-                        H[x, 3 * (1 + s) + j] * beside[s, b, 0]
-                        + H[x, 3 * (3 + s) + j] * beside[s, b, 1]
+                    H[x, i, y, j] = (
+                        stiffness * dtheta[x, i] * dtheta[y, j]
+                        - dM[x, i] * dtheta[y, j]
+                        - dtheta[x, i] * dM[y, j]
                     )
-    for a in range(nt):
+    for s in range(2):
+        g, m, nu = v[1 + s], v[3 + s], n[s]
+        sign = bend * (1.0 - 2.0 * s)
+        q, p, ag, at = turn[s, 0], turn[s, 1], turn[s, 2], turn[s, 3]
+        gt = _dot(g, t)
+        a, gg, inverse = gt / tt, _dot(g, g), 1.0 / J[s]
+        # dn[0, j] and dn[1, j]: derivative of n by component j of g and of t
+        for j in range(3):
+            k, o = (j + 1) % 3, (j + 2) % 3
+            for c in range(3):
+                dn[0, j, c] = -ag[j] * nu[c] * inverse
+                dn[1, j, c] = -at[j] * nu[c] * inverse
+            dn[0, j, k] -= t[o] * inverse
+            dn[0, j, o] += t[k] * inverse
+            dn[1, j, k] += g[o] * inverse
+            dn[1, j, o] -= g[k] * inverse
+        size = -theta * moduli[s]
+        on_normal = _dot(m, nu) * inverse * inverse
+        X, M = 1 + s, 3 + s
         for i in range(3):
-            row = K[3 * a + i]
-            for x in range(5):
-                factor, source = trace[a, x], right[3 * x + i]
-                for c in range(3 * a + 3):
-                    row[c] += factor * source[c]
-    for s in range(sides):
-        for b in range(k):
-            a = nt + s * k + b
-            f, h = beside[s, b, 0], beside[s, b, 1]
-            for i in range(3):
-                row, by_g, by_m = K[3 * a + i], right[3 * (1 + s) + i], right[3 * (3 + s) + i]
-                if f == 0.0:
-                    for c in range(3 * a + 3):
-                        row[c] += h * by_m[c]
-                else:
-                    for c in range(3 * a + 3):
-                        row[c] += f * by_g[c] + h * by_m[c]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def force_and_tangent(
-    span,
-    dofs,
-    trace,
-    beside,
-    fixed,
-    weights,
-    free,
-    moduli,
-    stiffness,
-    coefficients,
-    tangent,
-    R,
-    K,
-):
-    """Variations: first into R (n_edges, 3 m), second into K (n_edges, 3 m, 3 m).
-
-    Of K only rows up to their own block are filled. trace (n_edges, n_points, nt, 5) holds the
-    five vectors' parts of the edge's own functions, beside (.., sides, k, 2) g and m of the others;
-    fixed (.., 3) is g2 where the edge has one side, else zero.
-    """
-    nt, sides, k = trace.shape[2], beside.shape[2], beside.shape[3]
-    m = dofs.shape[1]
-    for e in range(span[0], span[1]):
-        v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
-        dtheta, dM, slope = np.empty((5, 3)), np.empty((5, 3)), np.empty((5, 3))
-        turn = np.empty((2, 4, 3))
-        dn, H, right = np.empty((2, 3, 3)), np.empty((5, 3, 5, 3)), np.empty((15, 3 * m))
-        flat = H.reshape(15, 15)
-        R[e] = 0.0
-        if tangent:
-            K[e] = 0.0
-        for q in range(weights.shape[1]):
-            T, B = trace[e, q], beside[e, q]
-            _vectors(T, B, dofs[e], coefficients, fixed[e, q], v)
-            theta, moment = kink(v, free[e, q], moduli[e], n, J)
-            bend, w = stiffness[e] * theta - moment, weights[e, q]
-            point_force(v, n, J, moduli[e], dtheta, dM, turn)
-            for x in range(5):
-                for i in range(3):
-                    slope[x, i] = w * (bend * dtheta[x, i] - theta * dM[x, i])
-                    for a in range(nt):
-                        R[e, 3 * a + i] += slope[x, i] * T[a, x]
-            for s in range(sides):
-                for b in range(k):
-                    for i in range(3):
-                        force = slope[1 + s, i] * B[s, b, 0] + slope[3 + s, i] * B[s, b, 1]
-                        R[e, 3 * (nt + s * k + b) + i] += force
-            if tangent:
-                point_tangent(
-                    v, n, J, moduli[e], theta, bend, stiffness[e], dtheta, dM, turn, dn, H
+            i1, i2 = (i + 1) % 3, (i + 2) % 3
+            mg_i = t[i1] * p[i2] - t[i2] * p[i1]
+            mt_i = p[i1] * g[i2] - p[i2] * g[i1]
+            for j in range(3):
+                j1, j2 = (j + 1) % 3, (j + 2) % 3
+                mg_j = t[j1] * p[j2] - t[j2] * p[j1]
+                mt_j = p[j1] * g[j2] - p[j2] * g[j1]
+                same = 1.0 if i == j else 0.0
+                # moment: m with n', then n'' against m
+                by_g, by_t = size * dn[0, j, i], size * dn[1, j, i]
+                H[M, i, X, j] += by_g
+                H[X, j, M, i] += by_g
+                H[M, i, 0, j] += by_t
+                H[0, j, M, i] += by_t
+                H[X, i, X, j] -= size * (
+                    (ag[i] * mg_j + ag[j] * mg_i) * inverse
+                    + on_normal * (same * tt - t[i] * t[j] - ag[i] * ag[j])
                 )
-                _spread(T, B, flat, w, right, K[e])
+                H[0, i, 0, j] -= size * (
+                    (at[i] * mt_j + at[j] * mt_i) * inverse
+                    + on_normal * (same * gg - g[i] * g[j] - at[i] * at[j])
+                )
+                skew = 0.0  # p . (e_i x e_j)
+                if j == i1:
+                    skew = p[i2]
+                elif j == i2:
+                    skew = -p[i1]
+                mixed = size * (
+                    skew
+                    - (ag[i] * mt_j + at[j] * mg_i) * inverse
+                    - on_normal * (g[i] * t[j] - same * gt - ag[i] * at[j])
+                )
+                # kink: q' by g and by t
+                q_g = T * inverse * (dn[0, j, i] - nu[i] * ag[j] * inverse)
+                q_t = T * inverse * (dn[1, j, i] - nu[i] * at[j] * inverse)
+                q_t += nu[i] * t[j] / (T * J[s])
+                H[X, i, X, j] += sign * q_g
+                mixed += sign * q_t
+                H[X, i, 0, j] += mixed
+                H[0, j, X, i] += mixed
+                H[0, i, 0, j] -= sign * (a * q_t + q[i] * (g[j] - 2.0 * a * t[j]) / tt)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def add_blocks(K, start, length, data):
-    """Add symmetric matrices, given up to their diagonal blocks, to the data of a CSR matrix.
+def energy(v, weights, free, moduli, stiffness, kinks, out):
+    """Kinks less the stress-free ones of points (m,) into kinks, energies into out.
 
-    K (n, 3 m, 3 m); start (n, m, m) is the entry of each 3 x 3 block's corner, length (n, m) the
-    entries of each block row.
+    v (m, 5, 3) holds t, g1, g2, m1, m2; moduli (m, 2) and stiffness (m,) are those of the edges.
     """
-    m = start.shape[1]
-    for e in range(start.shape[0]):
-        for a in range(m):
-            for b in range(a + 1):
-                here, across = start[e, a, b], start[e, b, a]
-                la, lb = length[e, a], length[e, b]
-                for i in range(3):
-                    for j in range(3):
-                        value = K[e, 3 * a + i, 3 * b + j]
-                        data[here + i * la + j] += value
-                        if b < a:
-                            data[across + j * lb + i] += value
+    n, J = np.empty((2, 3)), np.empty(2)
+    for p in range(v.shape[0]):
+        theta, moment = kink(v[p], free[p], moduli[p], n, J)
+        kinks[p] = theta
+        out[p] = weights[p] * theta * (0.5 * stiffness[p] * theta - moment)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def variations(v, weights, free, moduli, stiffness, tangent, S, H):
+    """First derivatives of the energy into S (m, 5, 3), second ones into H (m, 5, 6, 5)."""
+    n, J = np.empty((2, 3)), np.empty(2)
+    dtheta, dM, turn = np.empty((5, 3)), np.empty((5, 3)), np.empty((2, 4, 3))
+    dn, full = np.empty((2, 3, 3)), np.empty((5, 3, 5, 3))
+    for p in range(v.shape[0]):
+        theta, moment = kink(v[p], free[p], moduli[p], n, J)
+        bend, w = stiffness[p] * theta - moment, weights[p]
+        point_force(v[p], n, J, moduli[p], dtheta, dM, turn)
+        for x in range(5):
+            for i in range(3):
+                S[p, x, i] = w * (bend * dtheta[x, i] - theta * dM[x, i])
+        if not tangent:
+            continue
+        point_tangent(v[p], n, J, moduli[p], theta, bend, stiffness[p], dtheta, dM, turn, dn, full)
+        for x in range(5):
+            for s in range(6):
+                for y in range(5):
+                    H[p, x, s, y] = w * full[x, PAIRS[s, 0], y, PAIRS[s, 1]]

@@ -21,6 +21,7 @@ import numpy as np
 from ...surfaces.splines import unit_gauss
 from ...surfaces.triangles.triangle_surface import TriangleSurface
 from ..material import Material
+from ..points.jet_sums import JetSums
 from .edge_geometry import Frame, Side, angle, conormals, frame, sides_of, tangents
 
 
@@ -49,34 +50,33 @@ class HeldSlopes:
 
 @dataclass(frozen=True)
 class EdgeTables:
-    """One batch, in the order of the kernel's arguments.
+    """One batch, points of its edges as `_kink_kernels` takes them.
 
     Attributes
     ----------
     edges : (n,) int array
         Numbers of the edges.
-    dofs, trace, beside, fixed, weights, free : arrays
-        See `_kink_kernels.force_and_tangent`; weights carry the share of soft edges.
-    moduli : (n, 2) array
+    sums : JetSums
+        Functions' parts of the five vectors.
+    fixed : (n, n_points, 3) array or None
+        g2 of edges with one triangle.
+    weights : (n, n_points) array
+        With the share of soft edges.
+    free : (n, n_points, 3) array
+        Cosine and sine of the stress-free kink, and moment of the stress-free shell.
+    moduli : (n, n_points, 2) array
         D by the triangles' shares of their area.
-    stiffness : (n,) array
+    stiffness : (n, n_points) array
         ``eta D / h``.
     """
 
     edges: np.ndarray
-    dofs: np.ndarray
-    trace: np.ndarray
-    beside: np.ndarray
-    fixed: np.ndarray
+    sums: JetSums
+    fixed: np.ndarray | None
     weights: np.ndarray
     free: np.ndarray
     moduli: np.ndarray
     stiffness: np.ndarray
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether a fixed conormal stands for the second triangle."""
-        return self.beside.shape[2] == 1
 
 
 @dataclass(frozen=True)
@@ -122,32 +122,29 @@ def edge_tables(
     sides = sides_of(surface, edges)
     frames = [frame(side, rest.reference) for side in sides]
     D, own = material.stiffness * material.flexural_rigidity, surface.degree + 1
-    trace = np.zeros((*frames[0].speed.shape, own, 5))
-    beside = []
-    for s, (side, at) in enumerate(zip(sides, frames, strict=True)):
-        (t, g), m = at.first(side.first), _moment(at, side.second, material)
-        trace[..., 0], trace[..., 1 + s] = t[..., :own], g[..., :own]
-        trace[..., 3 + s] = m[..., :own]
-        beside.append(np.stack([g[..., own:], m[..., own:]], axis=-1))
     further = [side.dofs[:, own:] for side in sides]
     rows = np.concatenate([sides[0].dofs[:, :own], *further], axis=1)
+    table = np.zeros((*frames[0].speed.shape, 5, rows.shape[1]))
+    for s, (side, at) in enumerate(zip(sides, frames, strict=True)):
+        (t, g), m = at.first(side.first), _moment(at, side.second, material)
+        table[..., 0, :own] = t[..., :own]
+        columns = np.r_[:own, own + s * further[0].shape[1] + np.arange(further[0].shape[1])]
+        table[..., 1 + s, columns], table[..., 3 + s, columns] = g, m
     w = unit_gauss(surface.degree + 1)[1]
     triangles = surface.graph.triangles[edges, : len(sides)]
     areas = rest.areas[triangles]
     moduli = np.zeros((edges.size, 2))
     moduli[:, : len(sides)] = D * areas / areas.sum(axis=1, keepdims=True)
     height = areas.sum(axis=1) / (frames[0].speed @ w)
-    fixed = np.zeros((*frames[0].speed.shape, 3)) if beyond is None else beyond
+    points = (*frames[0].speed.shape, 2)
     return EdgeTables(
         edges,
-        np.ascontiguousarray(rows),
-        trace,
-        np.ascontiguousarray(np.stack(beside, axis=2)),
-        np.ascontiguousarray(fixed),
+        JetSums(table, np.ascontiguousarray(rows)),
+        beyond,
         frames[0].speed * w * share[:, None],
         _free(sides, frames, edges, rest, material, moduli, beyond, level),
-        moduli,
-        eta * D / height,
+        np.broadcast_to(moduli[:, None], points).copy(),
+        np.broadcast_to((eta * D / height)[:, None], points[:2]).copy(),
     )
 
 

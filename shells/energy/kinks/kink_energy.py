@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ..._threads_kernels import over
 from ...surfaces.triangles.triangle_basis import TriangleBasis
 from ..material import Material
+from ..points.block_scatter import BlockScatter
+from ..points.jet_sums import blocks as element_blocks
 from . import _kink_kernels as kernels
-from .block_scatter import BlockScatter
 from .edge_geometry import conormals, sides_of, tangents
 from .edge_tables import EdgeTables, HeldSlopes, Rest, edge_tables
 
-BLOCK = 256  # edges at a time: their matrices stay in the cache
+BLOCK = 96  # edges at a time: what their points pass on stays in the cache
 
 
 @dataclass(frozen=True)
@@ -39,55 +39,42 @@ class KinkEnergy:
     @property
     def held(self) -> KinkEnergy:
         """The part that is held in space."""
-        return KinkEnergy([b for b in self.batches if b.one_sided])
+        return KinkEnergy([b for b in self.batches if b.fixed is not None])
 
     @property
     def groups(self) -> list[np.ndarray]:
         """Coefficients of each edge, batch by batch."""
-        return [b.dofs for b in self.batches]
+        return [b.sums.dofs for b in self.batches]
 
     def energy(self, x: np.ndarray) -> float:
         """Their energy at coefficients ``x (n_coefficients, 3)``."""
-        total = 0.0
-        for b in self.batches:
-            out = np.empty(b.edges.size)
-            over(out.size, kernels.energy, *_arguments(b, x, out))
-            total += float(out.sum())
-        return total
-
-    def forces(self, x: np.ndarray) -> list[np.ndarray]:
-        """First variations of each batch, ``(n, 3 m)``."""
-        found = []
-        for b in self.batches:
-            found.append(np.empty((b.edges.size, 3 * b.dofs.shape[1])))
-            none = np.empty((1, 1, 1))
-            over(b.edges.size, kernels.force_and_tangent, *_arguments(b, x, False, found[-1], none))
-        return found
-
-    def tangents(
-        self, x: np.ndarray, blocks: BlockScatter, data: np.ndarray, first: int
-    ) -> list[np.ndarray]:
-        """First variations as `forces`; second ones added to data, of groups from ``first`` on."""
-        found = []
-        for group, b in enumerate(self.batches, first):
-            n, m = b.dofs.shape
-            R, K = np.empty((n, 3 * m)), np.empty((min(n, BLOCK), 3 * m, 3 * m))
-            for start in range(0, n, BLOCK):
-                part = slice(start, min(start + BLOCK, n))
-                own = K[: part.stop - start]
-                arguments = _arguments(b, x, True, R[part], own, part=part)
-                over(len(own), kernels.force_and_tangent, *arguments)
-                blocks.add(data, group, own, part)
-            found.append(R)
-        return found
+        return sum(float(self._points(b, x)[1].sum()) for b in self.batches)
 
     def changes(self, x: np.ndarray) -> list[np.ndarray]:
         """Kinks less the stress-free ones at the Gauss points of each batch."""
-        found = []
-        for b in self.batches:
-            found.append(np.empty(b.weights.shape))
-            over(b.edges.size, kernels.kinks, *_arguments(b, x, found[-1]))
-        return found
+        return [self._points(b, x)[0].reshape(b.weights.shape) for b in self.batches]
+
+    def _points(self, b: EdgeTables, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Kinks and energies at the points of a batch."""
+        kinks, energies = np.empty(b.weights.size), np.empty(b.weights.size)
+        kernels.energy(*_arguments(b, x, slice(None), kinks, energies))
+        return kinks, energies
+
+    def variations(
+        self, x: np.ndarray, blocks: BlockScatter, first: int, data: np.ndarray | None = None
+    ) -> np.ndarray:
+        """First variation (3 n,); second ones are added to data, of groups from ``first`` on."""
+        total = np.zeros(3 * blocks.n)
+        for group, b in enumerate(self.batches, first):
+            R = np.empty((*b.sums.dofs.shape, 3))
+            for part in element_blocks(len(R), BLOCK):
+                S, H = b.sums.zeros(part, data is not None)
+                kernels.variations(*_arguments(b, x, part, data is not None, S, H))
+                R[part] = b.sums.force(S, part)
+                if data is not None:
+                    blocks.add(data, group, b.sums.tangent(H, part), part)
+            total += blocks.vector(group, R)
+        return total
 
 
 def kink_energy(
@@ -118,16 +105,13 @@ def kink_energy(
     return KinkEnergy(batches)
 
 
-def _arguments(
-    b: EdgeTables, x: np.ndarray, *outputs: Any, part: slice = slice(None)
-) -> tuple[Any, ...]:
-    c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3))
-    cut = tuple(a[part] for a in _arrays(b))
-    return (*cut, c, *outputs)
-
-
-def _arrays(b: EdgeTables) -> tuple[np.ndarray, ...]:
-    return b.dofs, b.trace, b.beside, b.fixed, b.weights, b.free, b.moduli, b.stiffness
+def _arguments(b: EdgeTables, x: np.ndarray, part: slice, *further: Any) -> tuple[Any, ...]:
+    """Vectors at the points of some edges, and what belongs to them."""
+    v = b.sums.jets(np.asarray(x, dtype=float).reshape(-1, 3), part)
+    if b.fixed is not None:
+        v[:, 2] = b.fixed[part].reshape(-1, 3)
+    free, moduli = b.free[part].reshape(-1, 3), b.moduli[part].reshape(-1, 2)
+    return v, b.weights[part].ravel(), free, moduli, b.stiffness[part].ravel(), *further
 
 
 def _shares(soft: np.ndarray | None, n: int) -> np.ndarray:

@@ -19,7 +19,7 @@ from ...surfaces.triangles.triangle_basis import TriangleBasis
 from ..frame import curvature_in_frame
 from ..kirchhoff_love import KirchhoffLove
 from ..material import Material
-from .block_scatter import BlockScatter
+from ..points.block_scatter import BlockScatter
 from .edge_tables import HeldSlopes, Rest
 from .kink_energy import KinkEnergy, kink_energy
 
@@ -105,14 +105,12 @@ class TriangleShell(KirchhoffLove):
         return membrane, bending + self.kinks.energy(x)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        return self._sum([self.elements(x, False)[0], *self.kinks.forces(x)])
+        return super().gradient(x) + self.kinks.variations(x, self._blocks, 1)
 
     def gradient_and_tangent(self, x: np.ndarray) -> tuple[np.ndarray, csr_matrix]:
-        R, K = self.elements(x, True)
-        data = self._blocks.zeros()
-        self._blocks.add(data, 0, K)
-        forces = self.kinks.tangents(x, self._blocks, data, first=1)
-        return self._sum([R, *forces]), self._blocks.matrix(data)
+        R, data = self._with_tangents(x)
+        kinks = self.kinks.variations(x, self._blocks, 1, data)
+        return self._blocks.vector(0, R) + kinks, self._blocks.matrix(data)
 
     @cached_property
     def grounding(self) -> csr_matrix | None:
@@ -121,14 +119,8 @@ class TriangleShell(KirchhoffLove):
             return None
         blocks = BlockScatter(held.groups, self.basis.surface.n_coefficients)
         data = blocks.zeros()
-        held.tangents(np.asarray(self.basis.source), blocks, data, first=0)
+        held.variations(np.asarray(self.basis.source), blocks, 0, data)
         return blocks.matrix(data)
-
-    def _sum(self, forces: list[np.ndarray]) -> np.ndarray:
-        total = np.zeros(self.basis.N)
-        for group, R in enumerate(forces):
-            total += self._blocks.vector(group, R)
-        return total
 
     def change_of_kinks(self, x: np.ndarray) -> np.ndarray:
         """Kinks less the stress-free ones at the Gauss points of ``edges``: what the mesh leaves.

@@ -40,7 +40,7 @@ def trials(quick: bool) -> Iterator[Trial]:
                 yield from pair.tried(motion, force(gap), truth)
 
 
-def _bodies(n_s: int, n_t: int, gap: float, row: float | None, degree: int = 2) -> BezierPatches:
+def bodies(n_s: int, n_t: int, gap: float, row: float | None, degree: int = 2) -> BezierPatches:
     """Two unit spheres, the second above the first, both graded towards the gap."""
     if row is not None:
         row = min(row * np.sqrt(0.5 * gap), np.pi / n_s)
@@ -63,12 +63,12 @@ class _Pair:
     def on(cls, gap: float, mesh: str) -> _Pair:
         around = MESHES[mesh]
         size = (ROWS[gap], around, gap, ROW) if "graded" in mesh else (around, around, gap, None)
-        return cls(mesh, gap, StokesFlow(_bodies(*size), tolerance=TOLERANCE))
+        return cls(mesh, gap, StokesFlow(bodies(*size), tolerance=TOLERANCE))
 
     def tried(
         self, motion: str, force: float, truth: Callable[[np.ndarray], np.ndarray] | None
     ) -> Iterator[Trial]:
-        found = self.flow.traction(_moving(motion, self.gap))
+        found = self.flow.traction(moving(motion, self.gap))
         forces = found.force()[:, 2] / (6.0 * np.pi * force)
         film = "resolved" if film_ratio(self.flow.facing) < RESOLVING else "not resolved"
         trial = {
@@ -87,7 +87,7 @@ class _Pair:
             yield trial | {"promise": f"traction, film {film}"} | told
 
 
-def _moving(motion: str, gap: float) -> Callable[[np.ndarray], np.ndarray]:
+def moving(motion: str, gap: float) -> Callable[[np.ndarray], np.ndarray]:
     above = -1.0 if motion == "approaching" else 1.0
     return lambda x: np.where(x[:, 2:] < 1.0 + 0.5 * gap, Z, above * Z)
 
@@ -101,13 +101,13 @@ def _first(flow: StokesFlow) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _finest(gap: float) -> StokesFlow:
-    body = _bodies(*FINE, gap, FINE_ROW, degree=3)
+    body = bodies(*FINE, gap, FINE_ROW, degree=3)
     return StokesFlow(body, tolerance=1e-4, compression="dense", measure="none")
 
 
 def _profile(flow: StokesFlow, motion: str, gap: float) -> Callable[[np.ndarray], np.ndarray]:
     """Radial and axial traction of the first sphere as functions of the polar angle."""
-    found = flow.traction(_moving(motion, gap))
+    found = flow.traction(moving(motion, gap))
     n, angle, radial, _ = _first(flow)
     values = found.values[:n]
     values = np.stack([np.sum(values[:, :2] * radial, axis=1), values[:, 2]], axis=1)

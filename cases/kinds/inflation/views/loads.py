@@ -150,8 +150,9 @@ def _cuts(figure: Figure, row: Any, shown: list[Loaded], box: tuple[Any, Any]) -
             (lines[touching], "tab:red", 3.0),
             (lines, "black", 0.9),
         ):
-            flat = list(chosen_lines[:, :, [0, 2]])
-            axes.add_collection(LineCollection(flat, colors=[colour], linewidths=width))
+            if len(chosen_lines):
+                flat = list(chosen_lines[:, :, [0, 2]])
+                axes.add_collection(LineCollection(flat, colors=[colour], linewidths=width))
         axes.set(xlim=(low[0], high[0]), ylim=(low[2], high[2]), aspect="equal")
         axes.set_title(f"cut y = 0, t = {one.shot.t:.4g}", fontsize=8)
         axes.tick_params(labelsize=6, labelleft=k == 0)

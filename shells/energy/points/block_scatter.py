@@ -10,7 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
-from . import _kink_kernels as kernels
+from .._shell_kernels import PAIRS
+from . import _block_kernels as kernels
 
 
 class BlockScatter:
@@ -34,11 +35,12 @@ class BlockScatter:
         starts = 9 * ends[row] + 3 * (np.arange(used.size) - ends[row])
         cut = np.cumsum([key.size for key in keys])[:-1]
         self._start = [
-            starts[part].reshape(*dofs.shape, dofs.shape[1])
+            starts[part].reshape(*dofs.shape, dofs.shape[1]).astype(np.int32)
             for part, dofs in zip(np.split(slot, cut), groups, strict=True)
         ]
-        self._length = [lengths[dofs] for dofs in groups]
-        self._dofs = groups
+        self._length = [lengths[dofs].astype(np.int32) for dofs in groups]
+        vector = (3 * dofs[..., None] + np.arange(3) for dofs in groups)
+        self._vector_dofs = [dofs.ravel() for dofs in vector]
         full = np.zeros((used.size, 3, 3), dtype=np.int8)
         pattern = bsr_matrix((full, column, ends), shape=(3 * n, 3 * n)).tocsr()
         self.indptr, self.indices = pattern.indptr, pattern.indices
@@ -48,7 +50,7 @@ class BlockScatter:
         return np.zeros(self.indices.size)
 
     def add(self, data: np.ndarray, group: int, K: np.ndarray, part: slice = slice(None)) -> None:
-        """Add matrices ``(n, 3 m, 3 m)`` of which rows up to their diagonal blocks are read."""
+        """Add matrices ``(n, m, 6, m)``, as `JetSums.tangent` returns them."""
         kernels.add_blocks(K, self._start[group][part], self._length[group][part], data)
 
     def matrix(self, data: np.ndarray) -> csr_matrix:
@@ -56,6 +58,17 @@ class BlockScatter:
         return csr_matrix((data, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n))
 
     def vector(self, group: int, R: np.ndarray) -> np.ndarray:
-        """Sum ``(n_elements, 3 m)`` into a ``(3 n,)`` vector."""
-        dofs = 3 * self._dofs[group][..., None] + np.arange(3)
-        return np.bincount(dofs.ravel(), R.ravel(), minlength=3 * self.n)
+        """Sum ``(n_elements, m, 3)`` into a ``(3 n,)`` vector."""
+        return np.bincount(self._vector_dofs[group], R.ravel(), minlength=3 * self.n)
+
+
+def whole(K: np.ndarray) -> np.ndarray:
+    """Symmetric matrices ``(n, 3 m, 3 m)`` of their pairs ``(n, m, 6, m)``."""
+    n, m = K.shape[:2]
+    full = np.empty((n, m, 3, m, 3))
+    for s, (i, j) in enumerate(PAIRS):
+        block = K[:, :, s]
+        if i == j:  # read once, as `add_blocks` does
+            block = np.tril(block) + np.tril(block, -1).swapaxes(1, 2)
+        full[:, :, i, :, j], full[:, :, j, :, i] = block, block.swapaxes(1, 2)
+    return full.reshape(n, 3 * m, 3 * m)

@@ -6,17 +6,17 @@ A shell computes these once; afterwards every evaluation of the energy is one pa
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..surfaces.element_basis import ElementBasis
-from ..surfaces.jets import Jets
-from ..surfaces.membrane_rule import membrane_points
-from ..surfaces.smoothness import check_smooth
-from ..surfaces.surface import Surface
-from .frame import frame_transform, fundamental_forms, jets_in_frame
-from .material import Material
+from ...surfaces.element_basis import ElementBasis
+from ...surfaces.jets import Jets
+from ...surfaces.membrane_rule import membrane_points
+from ...surfaces.smoothness import check_smooth
+from ...surfaces.surface import Surface
+from ..frame import frame_transform, fundamental_forms, jets_in_frame
+from ..material import Material
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class PointTables:
 
     Attributes
     ----------
-    jets : (n_elements, n_points, n_functions, 5) array
-        Derivatives 0, 1, 00, 11, 01 of the basis functions in the frame.
-    base : (n_elements, n_points, 5, 3) array
+    jets : (n_elements, n_points, r, n_functions) array
+        Derivatives 0, 1, 00, 11, 01 of the basis functions in the frame; r = 2 without bending.
+    base : (n_elements, n_points, r, 3) array
         Those of the exact reference where unknowns are displacements, else zero.
     weights : (2, n_elements, n_points) array
         Reference areas for membrane and for bending energy.
@@ -43,6 +43,12 @@ class PointTables:
     metric: np.ndarray
     curvature: np.ndarray
     elasticity: np.ndarray
+
+    @property
+    def membrane(self) -> PointTables:
+        """What membrane energy alone needs."""
+        first = np.ascontiguousarray(self.jets[:, :, :2])
+        return replace(self, jets=first, base=self.base[:, :, :2])
 
 
 def check_bending(surface: Surface, material: Material, seams: bool) -> None:
@@ -82,7 +88,7 @@ def point_tables(
     metric[..., 0, 1] = metric[..., 1, 0] = first[..., 2]
     base = np.moveaxis(shape, 0, 2) if exact_reference else np.zeros((*G.shape[:2], 5, 3))
     return PointTables(
-        np.ascontiguousarray(np.moveaxis(functions, (0, 1), (3, 2))),
+        np.ascontiguousarray(functions.transpose(2, 3, 0, 1)),
         np.ascontiguousarray(base),
         np.stack([basis.dx, basis.dx]),
         first,
@@ -91,10 +97,8 @@ def point_tables(
     )
 
 
-def with_reduced_membrane(
-    tables: PointTables, basis: ElementBasis, material: Material, exact_reference: bool
-) -> PointTables:
-    """Reduced membrane points appended; the points of the basis keep the bending energy.
+def reduced_membrane(basis: ElementBasis, material: Material, exact_reference: bool) -> PointTables:
+    """Reduced membrane points, whose weights of bending are zero.
 
     Raises
     ------
@@ -107,25 +111,14 @@ def with_reduced_membrane(
     points = membrane_points(basis.surface, basis.source)
     shape, tangents = points.dx.shape, points.reference
     G = frame_transform(Jets(tangents[0], tangents, tangents))
-    jets = np.zeros((*shape, tables.jets.shape[2], 5))
-    jets[..., :2] = np.einsum("eqax,xneq->eqna", G, points.grads, optimize=True)
-    base = np.zeros((*shape, 5, 3))
+    base = np.zeros((*shape, 2, 3))
     if exact_reference:
-        base[..., :2, :] = np.einsum("eqax,xeqc->eqac", G, tangents, optimize=True)
-    none = np.zeros_like(basis.dx)
-    own = PointTables(
-        jets,
+        base = np.einsum("eqax,xeqc->eqac", G, tangents, optimize=True)
+    return PointTables(
+        np.ascontiguousarray(np.einsum("eqax,xneq->eqan", G, points.grads, optimize=True)),
         base,
         np.stack([points.dx, np.zeros(shape)]),
-        np.broadcast_to([1.0, 1.0, 0.0], (*shape, 3)),
+        np.tile([1.0, 1.0, 0.0], (*shape, 1)),
         np.zeros((*shape, 3)),
-        np.broadcast_to(material.elasticity(), (*shape, 3, 3)),
-    )
-    return PointTables(
-        np.concatenate([tables.jets, own.jets], axis=1),
-        np.concatenate([tables.base, own.base], axis=1),
-        np.concatenate([np.stack([none, tables.weights[1]]), own.weights], axis=2),
-        np.concatenate([tables.metric, own.metric], axis=1),
-        np.concatenate([tables.curvature, own.curvature], axis=1),
-        np.concatenate([tables.elasticity, own.elasticity], axis=1),
+        np.tile(material.elasticity(), (*shape, 1, 1)),
     )
