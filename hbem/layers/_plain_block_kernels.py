@@ -17,15 +17,22 @@ LANES = 32  # targets of one sweep: with the kernels of nine sources they stay i
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def tested_targets(first, weights, indptr, indices, values):
-    """Functions at the targets of a sweep, and their weighted values ``(n, LANES)``."""
+def tested_targets(first, weights, indptr, indices, values, position):
+    """Functions at the targets of a sweep, and their weighted values ``(LANES, n)``."""
     last = min(first + LANES, weights.size)
-    tested = np.unique(indices[indptr[first] : indptr[last]])
-    table = np.zeros((tested.size, LANES))
+    begin, end = indptr[first], indptr[last]
+    tested, count = np.empty(end - begin, np.int64), 0
+    for k in range(begin, end):
+        position[indices[k]] = -1
+    for k in range(begin, end):
+        if position[indices[k]] < 0:
+            position[indices[k]], tested[count] = count, indices[k]
+            count += 1
+    table = np.zeros((LANES, count))
     for t in range(first, last):
         for k in range(indptr[t], indptr[t + 1]):
-            table[np.searchsorted(tested, indices[k]), t - first] += weights[t] * values[k]
-    return tested, table
+            table[t - first, position[indices[k]]] += weights[t] * values[k]
+    return tested[:count], table
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -49,7 +56,7 @@ def element_kernels(x, sources, strengths, tiny, kernels):
 @njit(cache=True, error_model="numpy", nogil=True)
 def tested_sums(
     targets, target_weights, test_indptr, test_indices, test_values, sources, weights, values,
-    table_indptr, dofs, same, tiny, first, elements, functions,
+    table_indptr, dofs, n_dofs, same, tiny, first, elements, functions,
 ):  # fmt: skip
     """Entries of the functions at one sweep's targets with those of some source elements.
 
@@ -74,10 +81,13 @@ def tested_sums(
         Functions at the targets.
     used : (n_used,) int array
         Functions of the sources.
-    sums : (n_tested, 6 n_used) array
+    sums : (6 n_used, n_tested) array
         By function of the sources and component.
     """
-    tested, table = tested_targets(first, target_weights, test_indptr, test_indices, test_values)
+    position = np.empty(n_dofs, np.int64)
+    tested, table = tested_targets(
+        first, target_weights, test_indptr, test_indices, test_values, position
+    )
     x = np.empty((3, LANES))
     for t in range(LANES):
         for c in range(3):
@@ -90,9 +100,12 @@ def tested_sums(
         most = max(most, table_indptr[f + 1] - table_indptr[f])
     potentials = np.empty((most, 6 * LANES))
     columns = np.empty((functions.size, 6 * LANES))
+    lines = columns.reshape(6 * functions.size, LANES)
     used, count = np.empty(functions.size, np.int64), 0
-    position = np.full(np.max(dofs) + 1, -2)  # -1: wanted, not met yet; -2: not wanted
-    position[functions] = -1
+    for k in range(n_dofs):
+        position[k] = -2  # not wanted
+    for k in functions:
+        position[k] = -1  # not met yet
     for f in elements:
         if same and (f + 1) * nq <= first:
             continue
@@ -115,23 +128,24 @@ def tested_sums(
                 column = columns[b]
                 for c in range(6 * LANES):
                     column[c] += line[c]
-    sums = np.dot(table, columns[:count].reshape(6 * count, LANES).T)
+    sums = np.empty((6 * count, tested.size))
+    np.dot(lines[: 6 * count], table, sums)
     return tested, used[:count], sums
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def add_sums(tested, used, sums, indptr, indices, data):
     """Add the sums of a sweep to the entries ``data (nnz, 6)`` of a pattern in CSR."""
-    slot = np.full(indptr.size - 1, -1)
+    slot = np.zeros(indptr.size - 1, np.int64)
     for j in range(tested.size):
         begin, end = indptr[tested[j]], indptr[tested[j] + 1]
         for k in range(begin, end):
-            slot[indices[k]] = k
+            slot[indices[k]] = k + 1
         for b in range(used.size):
-            k = slot[used[b]]
+            k = slot[used[b]] - 1
             if begin <= k < end:  # others are left from the rows before
                 for c in range(6):
-                    data[k, c] += sums[j, 6 * b + c]
+                    data[k, c] += sums[6 * b + c, j]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -140,11 +154,12 @@ def add_block(functions, indptr, indices, data, mirror, block):
 
     With ``mirror`` the transposed entries too.
     """
-    position = np.full(indptr.size - 1, -1)
-    position[functions] = np.arange(functions.size)
+    position = np.zeros(indptr.size - 1, np.int64)
+    for i in range(functions.size):
+        position[functions[i]] = i + 1
     for i in range(functions.size):
         for k in range(indptr[functions[i]], indptr[functions[i] + 1]):
-            j = position[indices[k]]
+            j = position[indices[k]] - 1
             if j < 0:
                 continue
             for side in range(2 if mirror else 1):

@@ -47,14 +47,14 @@ def single_layer_sums(span, targets, sources, strengths, tiny, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def kernel_rows(x, y, tiny, rows):
+def kernel_rows(x, y, strength, tiny, rows):
     """Kernel between `SOURCES` sources and a block of targets: ``rows (SOURCES, 3, 3, BLOCK)``."""
     for q in range(y.shape[0]):
         y0, y1, y2 = y[q, 0], y[q, 1], y[q, 2]
         g = rows[q]
         for t in range(BLOCK):
             r0, r1, r2 = x[0, t] - y0, x[1, t] - y1, x[2, t] - y2
-            one, three = stokeslet(OVER_8_PI, r0, r1, r2, tiny)
+            one, three = stokeslet(strength, r0, r1, r2, tiny)
             g[0, 0, t] = one + three * r0 * r0
             g[1, 1, t] = one + three * r1 * r1
             g[2, 2, t] = one + three * r2 * r2
@@ -64,8 +64,8 @@ def kernel_rows(x, y, tiny, rows):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def single_layer_block_sums(span, targets, sources, strengths, tiny, out):
-    """The same for k strengths at once, as small matrix products.
+def single_layer_block_sums(span, targets, sources, strengths, strength, tiny, out):
+    """The same for k strengths at once, as small matrix products; all in one precision.
 
     Parameters
     ----------
@@ -73,14 +73,17 @@ def single_layer_block_sums(span, targets, sources, strengths, tiny, out):
     sources : (n_groups, SOURCES, 3) array
     strengths : (n_groups, k, 3 * SOURCES) array
         Zero for sources that only fill the last group.
+    strength, tiny : float
+        ``1 / (8 pi)``, and the squared distance of coincident points.
     out : (n_blocks, k, 3 * BLOCK) array
         Overwritten.
     """
     for b in range(span[0], span[1]):
-        rows = np.empty((SOURCES, 3, 3, BLOCK))
+        rows = np.empty((SOURCES, 3, 3, BLOCK), out.dtype)
         flat = rows.reshape(3 * SOURCES, 3 * BLOCK)
-        total = out[b]
+        part, total = np.empty_like(out[b]), out[b]
         total[:] = 0.0
         for q in range(sources.shape[0]):
-            kernel_rows(targets[b], sources[q], tiny, rows)
-            total += np.dot(strengths[q], flat)
+            kernel_rows(targets[b], sources[q], strength, tiny, rows)
+            np.dot(strengths[q], flat, part)
+            total += part

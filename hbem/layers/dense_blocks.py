@@ -112,6 +112,7 @@ class ExactBlocks:
             np.ascontiguousarray(table_values(s, source)),
             np.ascontiguousarray(p.indptr, dtype=np.int64),
             np.ascontiguousarray(p.dofs, dtype=np.int64),
+            p.n_dofs,
             source is outer,
             coincident_distance_squared(s),
         )

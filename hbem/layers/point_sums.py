@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._stokes_kernels import OVER_8_PI
 from .._threads_kernels import over
 from . import _point_sum_kernels as kernels
 
@@ -22,6 +23,7 @@ def single_layer_sums(
     Parameters
     ----------
     targets : (n_targets, 3) array
+        In single precision for sums of many strengths in single precision.
     sources : (n_sources, 3) array
     strengths : (n_sources, 3) or (n_sources, 3, k) array
         Forces, quadrature weights included.
@@ -39,15 +41,16 @@ def single_layer_sums(
         f = np.ascontiguousarray(strengths)
         over(x.shape[0], kernels.single_layer_sums, x, y, f, within, out)
         return np.swapaxes(out, 1, 2).reshape(-1, 3)[: targets.shape[0]]
-    k = strengths.shape[2]
+    k, kind = strengths.shape[2], x.dtype.type
     groups = -(-y.shape[0] // kernels.SOURCES)
-    f = np.zeros((groups * kernels.SOURCES, 3, k))
+    f = np.zeros((groups * kernels.SOURCES, 3, k), kind)
     f[: y.shape[0]] = strengths
     f = np.ascontiguousarray(np.swapaxes(f.reshape(groups, -1, k), 1, 2))
     y = y[np.minimum(np.arange(groups * kernels.SOURCES), y.shape[0] - 1)]
-    out = np.empty((x.shape[0], k, 3 * kernels.BLOCK))
+    out = np.empty((x.shape[0], k, 3 * kernels.BLOCK), kind)
     y = y.reshape(groups, -1, 3)
-    over(x.shape[0], kernels.single_layer_block_sums, x, y, f, within, out)
+    scalars = kind(OVER_8_PI), kind(within)
+    over(x.shape[0], kernels.single_layer_block_sums, x, y, f, *scalars, out)
     out = out.reshape(x.shape[0], k, 3, kernels.BLOCK)
     return out.transpose(0, 3, 2, 1).reshape(-1, 3, k)[: targets.shape[0]]
 

@@ -165,7 +165,13 @@ def _add_neighbours(
     within = coincident_distance_squared(surface)
     for c, (points, strengths) in enumerate(sources):
         close = np.concatenate([t for t, away in zip(targets, far[:, c], strict=True) if not away])
-        sums = single_layer_sums(surface.outer.offsets[close], points, strengths, within)
+        # single precision, in units of the cluster: the far part is worse by four digits
+        centre, size = points.mean(axis=0), np.ptp(points, axis=0).max()
+        x, y = ((p - centre) / size for p in (surface.outer.offsets[close], points))
+        kind = np.float32
+        sums = single_layer_sums(
+            x.astype(kind), y.astype(kind), (strengths / size).astype(kind), within / size**2
+        )
         functions, test = _test(surface, close)
         tested = (test @ sums.reshape(close.size, -1)).reshape(functions.size, 3, -1)
         product[functions, :, coarse.first[c] : coarse.first[c + 1]] += tested

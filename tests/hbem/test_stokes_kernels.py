@@ -86,9 +86,13 @@ def test_point_sums(rng):
     blocks, out = x.T.reshape(1, 3, 64).copy(), np.empty((1, 3, 64))
     point_sums.single_layer_sums((0, 1), blocks, y, f[..., 0].copy(), TINY, out)
     agree(out[0], expected[0])
-    out, strengths = np.empty((1, 2, 192)), f.transpose(2, 0, 1).reshape(1, 2, 60).copy()
-    point_sums.single_layer_block_sums((0, 1), blocks, y[None], strengths, TINY, out)
-    agree(out.reshape(2, 3, 64), expected)
+    strengths = f.transpose(2, 0, 1).reshape(1, 2, 60)
+    for kind, small in ((np.float64, 1e-13), (np.float32, 1e-5)):
+        given = (a.astype(kind, order="C") for a in (blocks, y[None], strengths))
+        out = np.empty((1, 2, 192), kind)
+        numbers = kind(owner.OVER_8_PI), kind(TINY)
+        point_sums.single_layer_block_sums((0, 1), *given, *numbers, out)
+        agree(out.reshape(2, 3, 64), expected, small)
 
 
 @pytest.mark.parametrize("same", [False, True])
@@ -102,7 +106,7 @@ def test_plain_block(rng, same):
     for first in (0, 32):
         found = plain_block.tested_sums(
             x, w, np.arange(41), all_, np.ones(40), y.reshape(10, 4, 3), w.reshape(10, 4),
-            np.tile(np.eye(4), (10, 1)), np.arange(0, 41, 4), all_, same, TINY, first,
+            np.tile(np.eye(4), (10, 1)), np.arange(0, 41, 4), all_, 40, same, TINY, first,
             np.arange(10), all_,
         )  # fmt: skip
         plain_block.add_sums(*found, indptr, indices, entries)
