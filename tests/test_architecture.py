@@ -21,7 +21,7 @@ PACKAGES = ("shells", "hbem", "coupling", "cases")
 BELOW = PACKAGES[:3]
 # Folders and modules of each package; one may import those of its own floor and of floors before.
 FLOORS = {
-    "shells": ("surfaces", "energy", "conditions", "equilibrium"),
+    "shells": ("_threads_kernels", "surfaces", "energy", "conditions", "equilibrium"),
     "hbem": (
         "_stokes_kernels _threads_kernels", "surfaces", "near", "compression", "layers",
         "solvers traction_error", "accuracy traction", "flows planar",

@@ -9,7 +9,7 @@ values: results do not depend on threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
 
@@ -54,9 +54,10 @@ def add_double(x, y, f, normals, tiny, count, out):
             u2[t] += along * r2
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def cluster_sums(
-    targets, target_ptr, sources, source_ptr, normals, partner_ptr, partners, charges, tiny, out
+    span, targets, target_ptr, sources, source_ptr, normals, partner_ptr, partners, charges, tiny,
+    out,
 ):  # fmt: skip
     """Add sums over the partner clusters of every target cluster to ``out (k, 3, n_targets)``.
 
@@ -75,7 +76,7 @@ def cluster_sums(
     single = charges.itemsize == 4
     small = kind(max(tiny, SINGLE_TINY) if single else tiny)
     scale = kind(OVER_8_PI)
-    for c in prange(target_ptr.size - 1):
+    for c in range(span[0], span[1]):
         first, m = target_ptr[c], target_ptr[c + 1] - target_ptr[c]
         if m > 0 and partner_ptr[c + 1] > partner_ptr[c]:
             padded = (m + LANES - 1) // LANES * LANES

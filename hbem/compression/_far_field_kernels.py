@@ -9,15 +9,15 @@ threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 FOLD = 8  # panel widths are padded to multiples
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def gather(panel_ptr, width, leaf_ptr, panels, x, z_ptr, z):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def gather(span, panel_ptr, width, leaf_ptr, panels, x, z_ptr, z):
     """``z = L^T x`` for every leaf; ``x (k, 3, n)``, ``z (k, sum of widths)``."""
-    for leaf in prange(width.size):
+    for leaf in range(span[0], span[1]):
         first, m, w = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf], width[leaf]
         panel = panels[panel_ptr[leaf] : panel_ptr[leaf + 1]].reshape(3 * m, w)
         for v in range(x.shape[0]):
@@ -40,15 +40,15 @@ def gather(panel_ptr, width, leaf_ptr, panels, x, z_ptr, z):
                     i += 1
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def exchange(z, sources, source_ptr, source_length, z_in, z_ptr, slots):
+@njit(cache=True, error_model="numpy", nogil=True)
+def exchange(span, z, sources, source_ptr, source_length, z_in, z_ptr, slots):
     """Sum z over the leaves of each factor, hand it to the partner, spread it to its leaves.
 
     Factor k (one side of a block) collects ``source_length[k]`` values from the places
     ``sources[source_ptr[k]:source_ptr[k + 1]]`` and puts them to the same number of places in
     ``slots[z_ptr[k]:z_ptr[k + 1]]``, those of the other side.
     """
-    for k in prange(source_length.size):
+    for k in range(span[0], span[1]):
         n = source_length[k]
         for v in range(z.shape[0]):
             value = np.zeros(n, z.dtype)
@@ -84,10 +84,10 @@ def folded(a, b, h, sums):
     return total
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def scatter(panel_ptr, width, leaf_ptr, panels, z_ptr, z, y):
+@njit(cache=True, error_model="numpy", nogil=True)
+def scatter(span, panel_ptr, width, leaf_ptr, panels, z_ptr, z, y):
     """``y += L z`` for every leaf."""
-    for leaf in prange(width.size):
+    for leaf in range(span[0], span[1]):
         first, m, w = leaf_ptr[leaf], leaf_ptr[leaf + 1] - leaf_ptr[leaf], width[leaf]
         if w > 0:
             panel = panels[panel_ptr[leaf] : panel_ptr[leaf + 1]].reshape(3 * m, w)

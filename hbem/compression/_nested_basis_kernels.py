@@ -9,7 +9,7 @@ a flat sheet cannot replace them. Every node writes its own values.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import kernel_line
 from ._far_field_kernels import folded
@@ -140,10 +140,10 @@ def interpolation(R, pick, k, n, T):
             line[p] *= scale
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def level_skeletons(
-    lower, upper, sphere, reach, positions, candidate_ptr, candidates, tolerance, counts, picks,
-    slot_ptr, slots, normals,
+    span, lower, upper, sphere, reach, positions, candidate_ptr, candidates, tolerance, counts,
+    picks, slot_ptr, slots, normals,
 ):  # fmt: skip
     """Skeletons of all nodes of a level.
 
@@ -163,7 +163,7 @@ def level_skeletons(
     normals : (3, n_points) array
         For skeletons of stresslets, else ``(3, 0)``.
     """
-    for node in prange(lower.shape[0]):
+    for node in range(span[0], span[1]):
         first, n = candidate_ptr[node], candidate_ptr[node + 1] - candidate_ptr[node]
         diameter = 0.0
         for c in range(3):
@@ -196,14 +196,14 @@ def level_skeletons(
         interpolation(R, picks[first : first + n], k, n, room.reshape(3 * k, 3 * (n - k)))
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def up(starts, counts, kept, picks, pick_ptr, T_ptr, T, charges, skeleton_ptr, result):
+@njit(cache=True, error_model="numpy", nogil=True)
+def up(span, starts, counts, kept, picks, pick_ptr, T_ptr, T, charges, skeleton_ptr, result):
     """Charges of the skeletons of a level: kept candidates plus ``T`` times the others.
 
     Node i takes the candidates ``starts[i] : starts[i] + counts[i]`` of ``charges (k, 3, n)`` and
     fills ``result`` from ``skeleton_ptr[i]``.
     """
-    for i in prange(starts.size):
+    for i in range(span[0], span[1]):
         n, k = counts[i], kept[i]
         m = n - k
         pick = picks[pick_ptr[i] : pick_ptr[i] + n]
@@ -225,10 +225,12 @@ def up(starts, counts, kept, picks, pick_ptr, T_ptr, T, charges, skeleton_ptr, r
                     result[v, c, skeleton_ptr[i] + j] = value
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def down(starts, counts, kept, picks, pick_ptr, T_ptr, T, potentials, skeleton_ptr, skeletons):
+@njit(cache=True, error_model="numpy", nogil=True)
+def down(
+    span, starts, counts, kept, picks, pick_ptr, T_ptr, T, potentials, skeleton_ptr, skeletons
+):
     """Add the potentials of the skeletons of a level to its candidates: the transpose of `up`."""
-    for i in prange(starts.size):
+    for i in range(span[0], span[1]):
         n, k = counts[i], kept[i]
         m = n - k
         pick = picks[pick_ptr[i] : pick_ptr[i] + n]

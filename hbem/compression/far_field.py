@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._threads_kernels import over
 from . import _far_field_kernels as kernels
 from .cluster_tree import ClusterTree
 from .cross_approximation import Factors
@@ -72,11 +73,18 @@ class FarField:
             return
         z = np.empty((x.shape[0], b.n_values), dtype=x.dtype)
         z_in = np.zeros((x.shape[0], a.n_values), dtype=x.dtype)
-        kernels.gather(b.panel_ptr, b.width, b.leaf_ptr, b.values, x, b.z_ptr, z)
-        kernels.exchange(
-            z, self.sources, self.source_ptr, self.lengths, z_in, self.slot_ptr, self.slots
+        over(
+            b.width.size, kernels.gather, b.panel_ptr, b.width, b.leaf_ptr, b.values, x, b.z_ptr, z
         )
-        kernels.scatter(a.panel_ptr, a.width, a.leaf_ptr, a.values, a.z_ptr, z_in, y)
+        slots = self.slot_ptr, self.slots
+        over(
+            self.lengths.size, kernels.exchange, z, self.sources, self.source_ptr, self.lengths,
+            z_in, *slots,
+        )  # fmt: skip
+        over(
+            a.width.size, kernels.scatter, a.panel_ptr, a.width, a.leaf_ptr, a.values, a.z_ptr,
+            z_in, y,
+        )  # fmt: skip
 
 
 def leaf_ranges(tree: ClusterTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

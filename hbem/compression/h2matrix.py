@@ -2,7 +2,8 @@
 
 The charges of a cluster are replaced by equivalent ones on a few of its points, level by level
 upwards; clusters far from each other exchange the exact kernel between skeletons; potentials go
-down by the transposed interpolations (`nested_bases`). Nothing else is stored.
+down by the transposed interpolations (`nested_bases`). Near boxes are summed on the fly between
+points, and stored between functions where memory allows (`stored_near`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
+from .._threads_kernels import over
 from ..near.near_field import NearField
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, block_tree, grouped_tree, list_partners, refuse_above
@@ -95,9 +97,9 @@ class H2Matrix(Compressed):
         )  # fmt: skip
         for s in reversed(bases.levels):
             target = y if s.leaf else potentials
-            kernels.down(
-                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, target,
-                s.skeleton_ptr, potentials,
+            over(
+                s.starts.size, kernels.down, s.starts, s.counts, s.kept, s.picks, s.pick_ptr,
+                s.T_ptr, s.T, target, s.skeleton_ptr, potentials,
             )  # fmt: skip
         if self.near is None:
             at, ptr = self._points_at, self._leaf_ptr
@@ -110,9 +112,9 @@ class H2Matrix(Compressed):
         """Equivalent charges of all nodes, from charges at the points."""
         for s in self.sources.levels:
             source = inside if s.leaf else charges
-            kernels.up(
-                s.starts, s.counts, s.kept, s.picks, s.pick_ptr, s.T_ptr, s.T, source,
-                s.skeleton_ptr, charges,
+            over(
+                s.starts.size, kernels.up, s.starts, s.counts, s.kept, s.picks, s.pick_ptr,
+                s.T_ptr, s.T, source, s.skeleton_ptr, charges,
             )  # fmt: skip
 
 
@@ -209,7 +211,12 @@ def _build(
         place = np.zeros(tree.n_nodes, dtype=np.int64)
         place[tree.leaves] = np.arange(tree.leaves.size)
         test = basis if test is None else test
-        near = stored_near(kernel, tree, place[blocks.near], basis, test, dtype)
+        room = (
+            None
+            if memory is None
+            else memory - sum({id(b): b.nbytes for b in (bases, sources)}.values())
+        )
+        near = stored_near(kernel, tree, place[blocks.near], basis, test, dtype, room)
     ranks = np.diff(bases.ptr)
     n = kernel.n if basis is None else basis.shape[1]
     operator = H2Matrix(

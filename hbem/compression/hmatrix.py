@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
+from .._threads_kernels import over
 from . import _near_block_kernels as block_kernels
 from .cluster_tree import BlockTree, ClusterTree, block_tree, refuse_above
 from .cross_approximation import ClusterPoints, approximate_blocks, cluster_points, item_tree
@@ -101,9 +102,10 @@ class NearBlocks:
         return self.data.nbytes
 
     def add_product(self, x: np.ndarray, y: np.ndarray) -> None:
-        block_kernels.apply_blocks(
-            self.leaf_ptr, self.ptr, self.partners, self.data_ptr, self.data, x, y
-        )
+        over(
+            self.leaf_ptr.size - 1, block_kernels.apply_blocks, self.leaf_ptr, self.ptr,
+            self.partners, self.data_ptr, self.data, x, y,
+        )  # fmt: skip
 
 
 def hmatrix(
@@ -284,9 +286,9 @@ def near_blocks(
         above = np.flatnonzero(t < s)
         key = t * leaves.size + s
         mirror[above] = np.searchsorted(key, s[above] * leaves.size + t[above])
-    block_kernels.near_blocks(
-        wanted, leaves[t], leaves[s], mirror, clusters.item_ptr, clusters.items,
-        clusters.point_ptr, clusters.points, kernel.scaled, kernel.scaled_normals, kernel.within,
-        *clusters.columns, data_ptr, data,
+    over(
+        wanted.size, block_kernels.near_blocks, wanted, leaves[t], leaves[s], mirror,
+        clusters.item_ptr, clusters.items, clusters.point_ptr, clusters.points, kernel.scaled,
+        kernel.scaled_normals, kernel.within, *clusters.columns, data_ptr, data,
     )  # fmt: skip
     return NearBlocks(leaf_ptr, ptr, s, data_ptr, data)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .._threads_kernels import over
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, ClusterTree
 from .point_kernel import PointKernel
@@ -126,10 +127,10 @@ def _level(
     slot_ptr = np.concatenate([[0], np.cumsum(9 * counts**2 // 4 + 1)])
     slots = np.empty(slot_ptr[-1], dtype=dtype)
     kept, picks = np.empty(nodes.size, dtype=np.int64), np.empty(ptr[-1], dtype=np.int64)
-    kernels.level_skeletons(
-        tree.lower[nodes], tree.upper[nodes], sphere_points(proxy_count(tolerance)), INSIDE / ETA,
-        positions, ptr, candidates, tolerance, kept, picks, slot_ptr, slots,
-        normals,
+    over(
+        len(nodes), kernels.level_skeletons, tree.lower[nodes], tree.upper[nodes],
+        sphere_points(proxy_count(tolerance)), INSIDE / ETA, positions, ptr, candidates, tolerance,
+        kept, picks, slot_ptr, slots, normals,
     )  # fmt: skip
     for i, node in enumerate(nodes):
         skeletons[node] = lists[i][picks[ptr[i] : ptr[i] + kept[i]]]

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csc_matrix, spmatrix
 
+from .._threads_kernels import over
 from ..surfaces.configuration import REACH, real_array
 from . import _cluster_sum_kernels as kernels
 
@@ -110,9 +111,9 @@ class PointKernel:
         y: np.ndarray,
     ) -> None:
         """Add sums between clusters of `ordered` points to ``y (k, 3, n)``."""
-        kernels.cluster_sums(
-            targets[0], target_ptr, sources[0], source_ptr, sources[1], partner_ptr, partners, x,
-            self.within, y,
+        over(
+            target_ptr.size - 1, kernels.cluster_sums, targets[0], target_ptr, sources[0],
+            source_ptr, sources[1], partner_ptr, partners, x, self.within, y,
         )  # fmt: skip
 
     def rows(self, targets: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -120,7 +121,9 @@ class PointKernel:
         groups = np.append(np.arange(0, targets.size, GROUP), targets.size)
         out = np.zeros((x.shape[0], 3, targets.size))
         count = groups.size - 1
-        kernels.cluster_sums(
+        over(
+            count,
+            kernels.cluster_sums,
             np.ascontiguousarray(self.scaled[:, targets]),
             groups,
             self.scaled,

@@ -1,77 +1,71 @@
 """Near part of an H2-matrix on density functions, ``test^T G basis`` between near boxes, stored.
 
 Sums between the points of near boxes are most of the pairs of a product. Between functions they
-are a sparse matrix, several times smaller than the kernel values: computed once, box by box.
+are a sparse matrix, far smaller than the kernel values: computed once, box by box.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
+from threadpoolctl import threadpool_limits
 
+from .._threads_kernels import over
 from ..near.near_field import NearField
-from . import _near_block_kernels as kernels
+from . import _stored_near_kernels as kernels
 from .cluster_tree import ClusterTree
 from .point_kernel import PointKernel
 
-CHUNK = 500_000  # values of blocks held at a time
+CHUNK = 4_000_000  # values of strips held at a time
 
 
 @dataclass(frozen=True)
 class LeafFunctions:
-    """Functions cut at the boxes of the leaves: one item for each leaf and function in it.
+    """Functions cut at the boxes of the leaves: an item for each leaf and function in it.
 
     Attributes
     ----------
-    n : int
-        Functions.
-    functions : (n_items,) int array
-    item_ptr, point_ptr : (n_leaves + 1,) int array
-        Items and points of each leaf.
-    points : (n_points,) int array
-        Points that carry a function, in tree order.
-    columns : tuple of array
-        Items in CSC: index pointer, places in tree order, values.
+    point_ptr, points :
+        Points of each leaf that carry a function, by place in tree order.
+    item_ptr, items :
+        Functions of each leaf, increasing.
+    dense_ptr, dense :
+        Their values at its points, ``(n_points, n_items)`` a leaf.
     """
 
-    n: int
-    functions: np.ndarray
-    item_ptr: np.ndarray
     point_ptr: np.ndarray
     points: np.ndarray
-    columns: tuple[np.ndarray, np.ndarray, np.ndarray]
+    item_ptr: np.ndarray
+    items: np.ndarray
+    dense_ptr: np.ndarray
+    dense: np.ndarray
 
     @classmethod
-    def of(cls, basis: csc_matrix, tree: ClusterTree) -> LeafFunctions:
+    def of(cls, functions: csc_matrix, tree: ClusterTree, dtype: type) -> LeafFunctions:
         """Cut weighted functions ``(n_points, n)``."""
         place = np.empty(tree.order.size, dtype=np.int64)
         place[tree.order] = np.arange(tree.order.size)
-        ends = tree.stop[tree.leaves]
-        rows = place[basis.indices]
+        ends, n = tree.stop[tree.leaves], functions.shape[1]
+        rows = place[functions.indices]
         leaf = np.searchsorted(ends, rows, side="right")
-        column = np.repeat(np.arange(basis.shape[1]), np.diff(basis.indptr))
-        key = leaf * basis.shape[1] + column
-        sort = np.lexsort((rows, key))
-        items, first = np.unique(key[sort], return_index=True)
-        points = np.unique(rows)
-        bounds = np.arange(ends.size + 1)
-        return cls(
-            basis.shape[1],
-            items % basis.shape[1],
-            np.searchsorted(items // basis.shape[1], bounds),
-            np.searchsorted(points, np.append(0, ends)),
-            points,
-            (np.append(first, rows.size), rows[sort], basis.data[sort]),
-        )
+        column = np.repeat(np.arange(n), np.diff(functions.indptr))
+        points, point = np.unique(rows, return_inverse=True)
+        keys, item = np.unique(leaf * n + column, return_inverse=True)
+        point_ptr = np.searchsorted(points, np.append(0, ends))
+        item_ptr = np.searchsorted(keys // n, np.arange(ends.size + 1))
+        widths = np.diff(item_ptr)
+        dense_ptr = np.append(0, np.cumsum(np.diff(point_ptr) * widths))
+        dense = np.zeros(dense_ptr[-1], dtype)
+        at = (point - point_ptr[leaf]) * widths[leaf] + item - item_ptr[leaf]
+        dense[dense_ptr[leaf] + at] = functions.data
+        return cls(point_ptr, points, item_ptr, keys % n, dense_ptr, dense)
 
-    @property
-    def leaves(self) -> csr_matrix:
-        """Which functions are in which leaf, ``(n_leaves, n)``."""
-        ones = np.ones(self.functions.size, np.int32)
-        return csr_matrix((ones, self.functions, self.item_ptr), (self.item_ptr.size - 1, self.n))
+    def matrix(self, n: int) -> csr_matrix:
+        """Which of n functions are in which leaf, ``(n_leaves, n)``."""
+        ones = np.ones(self.items.size, np.int32)
+        return csr_matrix((ones, self.items, self.item_ptr), (self.item_ptr.size - 1, n))
 
 
 def stored_near(
@@ -81,8 +75,9 @@ def stored_near(
     basis: csc_matrix,
     test: csc_matrix,
     dtype: type,
-) -> NearField:
-    """Assemble the near part.
+    room: float | None = None,
+) -> NearField | None:
+    """Assemble the near part; None where it would take more than ``room`` bytes.
 
     Parameters
     ----------
@@ -94,67 +89,46 @@ def stored_near(
         Weighted functions of sources and tests, one object if they are the same.
     dtype : type
         What is stored.
+    room : float, optional
     """
-    sources = tests = LeafFunctions.of(basis, tree)
-    mirrored = basis is test and kernel.normals is None
-    turned = pairs[pairs[:, 0] != pairs[:, 1], ::-1]
-    both = np.concatenate([pairs, turned])
+    n, leaves = basis.shape[1], tree.leaves.size
+    sources = tests = LeafFunctions.of(basis, tree, dtype)
     if basis is not test:
-        tests = LeafFunctions.of(test, tree)
-    n = tests.item_ptr.size - 1
-    graph = csr_matrix((np.ones(both.shape[0], np.int32), both.T), (n, n))
-    pattern = (tests.leaves.T.tocsr() @ graph @ sources.leaves).tocsr()
+        tests = LeafFunctions.of(test, tree, dtype)
+    graph = csr_matrix((np.ones(pairs.shape[0], np.int32), pairs.T), (leaves, leaves))
+    both = graph + graph.T
+    pattern = (tests.matrix(n).T.tocsr() @ both @ sources.matrix(n)).tocsr()
     pattern.sort_indices()
-    indptr, indices = pattern.indptr.astype(np.int64), pattern.indices.astype(np.int64)
-    data = np.zeros((indices.size, 6), dtype)
-    pairs = pairs if mirrored else both
-    for t, s, data_ptr, blocks in _blocks(kernel, tree, pairs, tests, sources, dtype):
-        out = indptr, indices, data
-        rows, columns = (
-            ((t, tests.item_ptr, tests.functions), (s, sources.item_ptr, sources.functions))
-        )  # fmt: skip
-        kernels.add_to_rows(*rows, *columns, np.arange(t.size), data_ptr, blocks, False, *out)
-        if mirrored:
-            other = np.flatnonzero(t != s)
-            other = other[np.argsort(s[other], kind="stable")]
-            kernels.add_to_rows(*columns, *rows, other, data_ptr, blocks, True, *out)
-    return NearField(indptr, indices, data, 0)
-
-
-def _blocks(
-    kernel: PointKernel,
-    tree: ClusterTree,
-    pairs: np.ndarray,
-    tests: LeafFunctions,
-    sources: LeafFunctions,
-    dtype: type,
-) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Blocks of pairs of leaves, sorted, some at a time: t, s, index pointer, values."""
-    pairs = pairs[np.lexsort(pairs.T[::-1])]
+    indptr, indices = pattern.indptr, pattern.indices
+    if (
+        room is not None
+        and indptr.nbytes + indices.nbytes + 6 * np.dtype(dtype).itemsize * indices.size > room
+    ):
+        return None
+    halved = basis is test and kernel.normals is None  # the other half is the transposed one
+    graph = graph if halved else both.tocsr()
+    strips = (graph @ sources.matrix(n)).tocsr()
+    strips.sort_indices()
+    sizes = 6 * np.diff(strips.indptr).astype(np.int64) * np.diff(tests.item_ptr)
+    ends, data = np.cumsum(sizes), np.zeros((indices.size, 6), dtype)
+    cuts = np.flatnonzero(np.diff(ends // CHUNK)) + 1
     positions, normals = kernel.ordered(tree.order)
-    sides = tests, sources
-    shift = [(s.functions.size, s.points.size, s.columns[1].size) for s in sides][0]
-    shift = (0, 0, 0) if sources is tests else shift
-    once = sides[: 1 if sources is tests else 2]
-
-    def joined(parts: list[np.ndarray], by: int) -> np.ndarray:
-        return parts[0] if len(parts) == 1 else np.append(parts[0][:-1], parts[1] + by)
-
-    item_ptr = joined([s.item_ptr for s in once], shift[0])
-    point_ptr = joined([s.point_ptr for s in once], shift[1])
-    points = np.concatenate([s.points for s in once])
-    ptr = joined([s.columns[0] for s in once], shift[2])
-    rows, values = (np.concatenate([s.columns[k] for s in once]) for k in (1, 2))
-    second = 0 if sources is tests else tests.item_ptr.size - 1
-    sizes = [np.diff(s.item_ptr)[p] for s, p in zip(sides, pairs.T, strict=True)]
-    total = np.cumsum(6 * sizes[0] * sizes[1])
-    for chunk in np.split(np.arange(total.size), np.flatnonzero(np.diff(total // CHUNK)) + 1):
-        t, s = np.ascontiguousarray(pairs[chunk].T)
-        data_ptr = np.append(0, np.cumsum(6 * sizes[0][chunk] * sizes[1][chunk]))
-        blocks = np.empty(data_ptr[-1], dtype)
-        kernels.near_blocks(
-            np.arange(t.size), t, second + s, np.full(t.size, -1), item_ptr,
-            np.arange(item_ptr[-1]), point_ptr, points, positions, normals, kernel.within, ptr,
-            rows, values, data_ptr, blocks,
-        )  # fmt: skip
-        yield t, s, data_ptr, blocks
+    t, s = tests, sources
+    with threadpool_limits(1, "blas"):
+        for begin, end in zip([0, *cuts], [*cuts, leaves], strict=True):
+            at = ends[begin:end] - sizes[begin:end]
+            at -= at[0]
+            part = np.empty(at[-1] + sizes[end - 1], dtype)
+            over(
+                end - begin, kernels.near_strips, begin, positions, normals, kernel.within,
+                t.point_ptr, t.points, t.item_ptr, t.dense_ptr, t.dense,
+                s.point_ptr, s.points, s.item_ptr, s.items, s.dense_ptr, s.dense,
+                graph.indptr, graph.indices, halved, strips.indptr, strips.indices, at, part,
+            )  # fmt: skip
+            kernels.add_strips(
+                begin, end, t.item_ptr, t.items, strips.indptr, strips.indices, at, part,
+                indptr, indices, data,
+            )  # fmt: skip
+    if halved:
+        kernels.add_transposed(indptr, indices, data)
+    return NearField(indptr, indices, data, 0)

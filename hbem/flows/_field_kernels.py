@@ -8,7 +8,7 @@ both sides of the closest point. Rows of results: `VELOCITY`, `PRESSURE`, `STRES
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
 from ..near._closest_point_kernels import SMALLEST, bernstein
@@ -136,9 +136,9 @@ def density_at(s, t, density, tables, out):
     combine(tables[0], tables[2], density, out)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def fields(
-    points, indptr, elements, found, boxes, control, density, sources, normals, values,
+    span, points, indptr, elements, found, boxes, control, density, sources, normals, values,
     rule, double, nodes, weights, walls, out,
 ):  # fmt: skip
     """Fields at points off the surface.
@@ -166,7 +166,7 @@ def fields(
     """
     g, q = control.shape[1] - 1, density.shape[1] - 1
     longest = 2 * nodes.shape[0]
-    for block in prange((points.shape[0] + BLOCK - 1) // BLOCK):
+    for block in range(span[0], span[1]):
         near = np.zeros(control.shape[0], np.bool_)
         geometry, tables = np.empty((4, g + 2)), np.empty((4, q + 2))
         xs, ws = np.empty(longest), np.empty(longest)
@@ -212,9 +212,9 @@ def fields(
                         )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def densities(elements, found, density, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def densities(span, elements, found, density, out):
     """Traction and velocity ``out (n, 6)`` at the closest points of pairs."""
-    for k in prange(elements.size):
+    for k in range(span[0], span[1]):
         tables = np.empty((4, density.shape[1] + 1))
         density_at(found[k, 0], found[k, 1], density[elements[k]], tables, out[k])

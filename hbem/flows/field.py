@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._threads_kernels import over
 from ..near.closest_point import NearPairs, near_pairs
 from ..near.near_field import FULL
 from ..surfaces.bernstein import tensor_bernstein
@@ -149,7 +150,8 @@ def _nearest(
     first = np.lexsort((distance, point))
     first = first[np.diff(point[first], prepend=-1) > 0]
     at_pair = np.empty((first.size, 6))
-    kernels.densities(pairs.elements[first], pairs.closest[first].rows, density, at_pair)
+    pair = pairs.elements[first], pairs.closest[first].rows
+    over(first.size, kernels.densities, *pair, density, at_pair)
     nearest, values = np.full(n, np.inf), np.zeros((n, 6))
     nearest[point[first]], values[point[first]] = distance[first], at_pair
     return nearest, values
@@ -168,9 +170,10 @@ def _sums(
     values = np.einsum("qk,ekc->eqc", table, density.reshape(n, -1, 6), optimize=True)
     nodes, weights = gauss_tables()
     out = np.empty((pairs.points.shape[0], kernels.SIZE))
-    kernels.fields(
-        pairs.points, pairs.indptr, pairs.elements, pairs.closest.rows, pairs.boxes,
-        surface.control, density, source.offsets.reshape(n, -1, 3),
+    over(
+        -(-out.shape[0] // kernels.BLOCK), kernels.fields, pairs.points, pairs.indptr,
+        pairs.elements, pairs.closest.rows, pairs.boxes, surface.control, density,
+        source.offsets.reshape(n, -1, 3),
         (source.weights[:, None] * source.normals).reshape(n, -1, 3), np.ascontiguousarray(values),
         RULE, double, nodes, weights, walls, out,
     )  # fmt: skip

@@ -9,7 +9,7 @@ function writes its own rows: results do not depend on threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet_components
 
@@ -31,8 +31,8 @@ def add_sources(values, kernels, line):
         q += 1
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def source_columns(targets, sources, weights, values, table_indptr, dofs, tiny, columns):
+@njit(cache=True, error_model="numpy", nogil=True)
+def source_columns(span, targets, sources, weights, values, table_indptr, dofs, tiny, columns):
     """Potentials of every density function at the points of some target elements.
 
     Parameters
@@ -45,7 +45,7 @@ def source_columns(targets, sources, weights, values, table_indptr, dofs, tiny, 
         Result, overwritten.
     """
     nt, nq = targets.shape[2], sources.shape[1]
-    for e in prange(targets.shape[0]):
+    for e in range(span[0], span[1]):
         kernel = np.empty((nq, 6, nt))
         flat = kernel.reshape(nq, 6 * nt)
         out = columns[e]
@@ -58,8 +58,8 @@ def source_columns(targets, sources, weights, values, table_indptr, dofs, tiny, 
                 add_sources(values[row], flat, out[dofs[row]])
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def test_rows(columns, weights, values, table_indptr, dofs, first, matrix):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def test_rows(span, columns, weights, values, table_indptr, dofs, first, matrix):
     """Add ``sum_t w_t N_a(x_t) columns`` of some target elements to the matrix.
 
     Parameters
@@ -74,7 +74,7 @@ def test_rows(columns, weights, values, table_indptr, dofs, first, matrix):
         Source function, test function, component.
     """
     nt = weights.shape[1]
-    for b in prange(matrix.shape[0]):
+    for b in range(span[0], span[1]):
         for e in range(columns.shape[0]):
             line = columns[e, b]
             for row in range(table_indptr[first + e], table_indptr[first + e + 1]):

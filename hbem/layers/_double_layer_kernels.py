@@ -7,7 +7,7 @@ vector operation a source, as for the single layer.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stresslet, stresslet_components
 from ._point_sum_kernels import BLOCK
@@ -32,8 +32,8 @@ def add_double(x, y, normal, strengths, tiny, r, five, out):
             u[2, t] += along * r[2, t]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def double_sums(targets, sources, normals, strengths, tiny, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def double_sums(span, targets, sources, normals, strengths, tiny, out):
     """Sums for k strengths ``(n_sources, k, 3)``.
 
     Parameters
@@ -44,17 +44,17 @@ def double_sums(targets, sources, normals, strengths, tiny, out):
     out : (n_blocks, k, 3, BLOCK) array
         Overwritten.
     """
-    for b in prange(targets.shape[0]):
+    for b in range(span[0], span[1]):
         r, five = np.empty((3, BLOCK)), np.empty(BLOCK)
         out[b] = 0.0
         for q in range(sources.shape[0]):
             add_double(targets[b], sources[q], normals[q], strengths[q], tiny, r, five, out[b])
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def kernel_sums(targets, sources, normals, tiny, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def kernel_sums(span, targets, sources, normals, tiny, out):
     """Sums of the kernel itself, six components: ``out (n_blocks, 6, BLOCK)``, overwritten."""
-    for b in prange(targets.shape[0]):
+    for b in range(span[0], span[1]):
         kernel = np.empty((6, BLOCK))
         out[b] = 0.0
         for q in range(sources.shape[0]):
@@ -64,8 +64,8 @@ def kernel_sums(targets, sources, normals, tiny, out):
                     out[b, c, t] += kernel[c, t]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def double_matrix(targets, sources, normals, tiny, out):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def double_matrix(span, targets, sources, normals, tiny, out):
     """Components of one block of targets with every source: ``out (6, n_sources, BLOCK)``."""
-    for q in prange(sources.shape[0]):
+    for q in range(span[0], span[1]):
         stresslet_components(OVER_8_PI, targets, sources[q], normals[q], tiny, out[:, q])

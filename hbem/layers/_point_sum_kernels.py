@@ -8,7 +8,7 @@ results do not depend on threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet
 
@@ -30,8 +30,8 @@ def add_single(x, y, f, tiny, out):
         out[2, t] += a * f2 + along * r2
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def single_layer_sums(targets, sources, strengths, tiny, out):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def single_layer_sums(span, targets, sources, strengths, tiny, out):
     """Single-layer velocities: strengths ``(n_sources, 3)``; see `add_single`.
 
     Parameters
@@ -40,7 +40,7 @@ def single_layer_sums(targets, sources, strengths, tiny, out):
         Targets; the result, overwritten.
     sources : (n_sources, 3) array
     """
-    for b in prange(targets.shape[0]):
+    for b in range(span[0], span[1]):
         out[b] = 0.0
         for q in range(sources.shape[0]):
             add_single(targets[b], sources[q], strengths[q], tiny, out[b])
@@ -63,8 +63,8 @@ def kernel_rows(x, y, tiny, rows):
             g[1, 2, t] = g[2, 1, t] = three * r1 * r2
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def single_layer_block_sums(targets, sources, strengths, tiny, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def single_layer_block_sums(span, targets, sources, strengths, tiny, out):
     """The same for k strengths at once, as small matrix products.
 
     Parameters
@@ -76,7 +76,7 @@ def single_layer_block_sums(targets, sources, strengths, tiny, out):
     out : (n_blocks, k, 3 * BLOCK) array
         Overwritten.
     """
-    for b in prange(targets.shape[0]):
+    for b in range(span[0], span[1]):
         rows = np.empty((SOURCES, 3, 3, BLOCK))
         flat = rows.reshape(3 * SOURCES, 3 * BLOCK)
         total = out[b]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._threads_kernels import over
 from ..near.near_field import NearField
 from ..near.near_rules import coincident_distance_squared
 from ..surfaces.surface_points import SampledSurface
@@ -73,7 +74,9 @@ def _add_plain(
     n, nt = surface.patches.n_elements, outer.per_element
     x = outer.offsets.reshape(n, nt, 3)[targets]
     columns = np.empty((x.shape[0], surface.patches.n_dofs, 6 * nt))
-    kernels.source_columns(
+    over(
+        x.shape[0],
+        kernels.source_columns,
         np.ascontiguousarray(np.swapaxes(x, 1, 2)),
         source.offsets.reshape(n, -1, 3),
         source.weights.reshape(n, -1),
@@ -84,6 +87,14 @@ def _add_plain(
         columns,
     )
     weights = outer.weights.reshape(n, -1)
-    kernels.test_rows(
-        columns, weights, tables.outer_values, tables.indptr, tables.dofs, targets.start, matrix
+    over(
+        matrix.shape[0],
+        kernels.test_rows,
+        columns,
+        weights,
+        tables.outer_values,
+        tables.indptr,
+        tables.dofs,
+        targets.start,
+        matrix,
     )

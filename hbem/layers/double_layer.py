@@ -14,6 +14,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator
 
+from .._threads_kernels import over
 from ..near.closest_point import NearPairs, outer_pairs
 from ..near.near_field import FULL, NearField, assemble
 from ..near.near_rules import Layer, coincident_distance_squared, near_moments
@@ -139,9 +140,8 @@ def plain_sums(surface: SampledSurface, values: np.ndarray) -> np.ndarray:
     x, strengths = pad_to_blocks(outer.offsets), np.ascontiguousarray(np.swapaxes(values, 1, 2))
     out = np.empty((x.shape[0], strengths.shape[1], 3, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.double_sums(
-        x, source.offsets, normals, strengths, coincident_distance_squared(surface), out
-    )
+    within = coincident_distance_squared(surface)
+    over(x.shape[0], kernels.double_sums, x, source.offsets, normals, strengths, within, out)
     shape = (x.shape[0] * kernels.BLOCK, 3, strengths.shape[1])
     return out.transpose(0, 3, 2, 1).reshape(shape)[: outer.offsets.shape[0]]
 
@@ -151,7 +151,8 @@ def plain_kernel(surface: SampledSurface) -> np.ndarray:
     source, x = surface.source, pad_to_blocks(surface.outer.offsets)
     out = np.empty((x.shape[0], 6, kernels.BLOCK))
     normals = source.weights[:, None] * source.normals
-    kernels.kernel_sums(x, source.offsets, normals, coincident_distance_squared(surface), out)
+    within = coincident_distance_squared(surface)
+    over(x.shape[0], kernels.kernel_sums, x, source.offsets, normals, within, out)
     return out.transpose(0, 2, 1).reshape(-1, 6)[: surface.outer.offsets.shape[0]].copy()
 
 
@@ -182,10 +183,9 @@ def _plain_matrix(surface: SampledSurface) -> np.ndarray:
     kernel = np.empty((6, source.offsets.shape[0], kernels.BLOCK))
     total = np.zeros((6, n, n))
     transposed = surface.source_basis.T.tocsr()
+    within = coincident_distance_squared(surface)
     for b, x in enumerate(blocks):
-        kernels.double_matrix(
-            x, source.offsets, normals, coincident_distance_squared(surface), kernel
-        )
+        over(len(normals), kernels.double_matrix, x, source.offsets, normals, within, kernel)
         rows = test[b * kernels.BLOCK : (b + 1) * kernels.BLOCK]
         touched = np.unique(rows.indices)
         few = rows[:, touched].T.toarray()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._threads_kernels import over
 from . import _point_sum_kernels as kernels
 
 COINCIDENT = 1e-200  # squared distance: only equal positions are nearer, and powers stay numbers
@@ -35,7 +36,8 @@ def single_layer_sums(
     x, y = pad_to_blocks(targets), np.ascontiguousarray(sources)
     if strengths.ndim == 2:
         out = np.empty_like(x)
-        kernels.single_layer_sums(x, y, np.ascontiguousarray(strengths), within, out)
+        f = np.ascontiguousarray(strengths)
+        over(x.shape[0], kernels.single_layer_sums, x, y, f, within, out)
         return np.swapaxes(out, 1, 2).reshape(-1, 3)[: targets.shape[0]]
     k = strengths.shape[2]
     groups = -(-y.shape[0] // kernels.SOURCES)
@@ -44,7 +46,8 @@ def single_layer_sums(
     f = np.ascontiguousarray(np.swapaxes(f.reshape(groups, -1, k), 1, 2))
     y = y[np.minimum(np.arange(groups * kernels.SOURCES), y.shape[0] - 1)]
     out = np.empty((x.shape[0], k, 3 * kernels.BLOCK))
-    kernels.single_layer_block_sums(x, y.reshape(groups, -1, 3), f, within, out)
+    y = y.reshape(groups, -1, 3)
+    over(x.shape[0], kernels.single_layer_block_sums, x, y, f, within, out)
     out = out.reshape(x.shape[0], k, 3, kernels.BLOCK)
     return out.transpose(0, 3, 2, 1).reshape(-1, 3, k)[: targets.shape[0]]
 

@@ -8,7 +8,7 @@ safe at degree 8.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 MAX_STEPS = 20  # of the closest-point iteration
 SMALLEST = 1e-6  # relative distance below which the sinh rule is not graded further
@@ -229,9 +229,9 @@ def obliqueness(out, box, floor):
     return min(OBLIQUE, 0.5 * np.pi / max(angle, 1e-3))
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def classify(
-    points, owners, indptr, pieces, elements, boxes, control, starts, st, owner_st, radii,
+    span, points, owners, indptr, pieces, elements, boxes, control, starts, st, owner_st, radii,
     flat, convexity, speeds, found,
 ):  # fmt: skip
     """Closest points of candidate (point, piece) pairs.
@@ -244,7 +244,7 @@ def classify(
     the element, and the `obliqueness`; the piece on which the target lies receives `SELF` as b1
     and b2.
     """
-    for p in prange(points.shape[0]):
+    for p in range(span[0], span[1]):
         scratch = np.empty((6, control.shape[1] + 1))
         out = np.empty((6, 3))
         r = np.empty(3)

@@ -7,7 +7,7 @@ gaps, where Newton on both points at once needs five.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ._closest_point_kernels import dot, jet
 
@@ -118,18 +118,18 @@ def approach(first, second, z, scratch, x, y, r):
     return np.sqrt(square)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def approach_all(control, first, second, z, distance):
+@njit(cache=True, error_model="numpy", nogil=True)
+def approach_all(span, control, first, second, z, distance):
     """Closest points of pairs of elements from the starts ``z (n, 4)``, which are overwritten."""
-    for k in prange(first.size):
+    for k in range(span[0], span[1]):
         scratch, r = np.empty((6, control.shape[1] + 1)), np.empty(3)
         x, y = np.empty((6, 3)), np.empty((6, 3))
         distance[k] = approach(control[first[k]], control[second[k]], z[k], scratch, x, y, r)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def jets(control, elements, st, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def jets(span, control, elements, st, out):
     """Position and derivatives s, t, ss, st, tt at points of elements, ``out (n, 6, 3)``."""
-    for k in prange(elements.size):
+    for k in range(span[0], span[1]):
         scratch = np.empty((6, control.shape[1] + 1))
         jet(control[elements[k]], st[k, 0], st[k, 1], scratch, out[k])

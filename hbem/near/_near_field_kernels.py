@@ -7,7 +7,7 @@ kernel. Every test function owns its row: results do not depend on threads.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -44,9 +44,9 @@ def scatter_functions(moments, tables, columns, place, data):
         line[5] += a5
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def add_rows(
-    rows, owner_indptr, owners, first, last, values, weights, table_indptr, dofs, extraction,
+    span, rows, owner_indptr, owners, first, last, values, weights, table_indptr, dofs, extraction,
     pairs, slots, moments, sources_indptr, sources, indptr, indices, data,
 ):  # fmt: skip
     """Add the near pairs of the target elements ``first:last`` to the rows that they touch.
@@ -72,7 +72,7 @@ def add_rows(
     widest = 0
     for e in range(last - first):
         widest = max(widest, sources_indptr[e + 1] - sources_indptr[e])
-    for i in prange(rows.size):
+    for i in range(span[0], span[1]):
         a = rows[i]
         place = np.empty(n, np.int64)
         for j in range(indptr[a], indptr[a + 1]):
@@ -94,10 +94,10 @@ def add_rows(
                 scatter_functions(local[k - begin], extraction[r0:r1], dofs[r0:r1], place, data)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def multiply(indptr, indices, data, x, y):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def multiply(span, indptr, indices, data, x, y):
     """``y += A x`` for ``x (n_columns, 3, k)``, ``y (n_rows, 3, k)``."""
-    for a in prange(indptr.size - 1):
+    for a in range(span[0], span[1]):
         out = y[a]
         for j in range(indptr[a], indptr[a + 1]):
             s, v = data[j], x[indices[j]]

@@ -8,7 +8,7 @@ t. The plain rule that the far field adds back is subtracted in the same pass.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ._closest_point_kernels import SMALLEST
 from ._patch_lane_kernels import LANES, bernstein_lanes, lane, row_polynomials
@@ -36,10 +36,10 @@ def sides(centre, low, high, split):
     return (1 if left else 0), (1 if right or not left else 0)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def choose(found, boxes, elements, collapsed, plain, rule, split, largest, counts, keys):
+@njit(cache=True, error_model="numpy", nogil=True)
+def choose(span, found, boxes, elements, collapsed, plain, rule, split, largest, counts, keys):
     """Nodes per direction ``counts (n_pairs, 2)`` and ``keys (n_pairs,)`` of equal rules."""
-    for k in prange(found.shape[0]):
+    for k in range(span[0], span[1]):
         if found[k, 2] < 0.0:
             keys[k] = POLAR + (2 if collapsed[elements[k]] else 0) + plain[k]
             continue
@@ -130,9 +130,9 @@ def tensor_pass(
             add_node(m, bt, sums[i * wide : (i + 1) * wide], moments[i * m * wide :])
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def near_moments(
-    points, point_of, elements, found, boxes, counts, plain, ordered, starts, g, shapes,
+    span, points, point_of, elements, found, boxes, counts, plain, ordered, starts, g, shapes,
     control, collapsed, degree, layer, split, polar, plain_order, nodes, weights, tiny, moments,
 ):  # fmt: skip
     """Moments ``(n_pairs, (degree + 1)**2, 6)`` of near pairs.
@@ -156,7 +156,7 @@ def near_moments(
     m = degree + 1
     largest = 2 * (nodes.shape[0] - 1)
     n_blocks = min(BLOCKS, starts.size - 1)
-    for block in prange(n_blocks):
+    for block in range(span[0], span[1]):
         target, shape = np.empty(3 * LANES), np.empty(shapes.shape[1] * LANES)
         s, ws, t, wt = (
             np.empty(largest * LANES), np.empty(largest * LANES), np.empty(largest * LANES),

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .._threads_kernels import threads
+from .._threads_kernels import over, threads
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import SampledSurface
 from . import _closest_point_kernels as kernels
@@ -116,7 +116,9 @@ def near_pairs(
     which = np.arange(counts.sum()) - np.repeat(starts - pieces.indptr[elements], counts)
     point_of = np.repeat(points, counts)
     rows = np.empty((which.size, 5))
-    kernels.classify(
+    over(
+        x.shape[0],
+        kernels.classify,
         x,
         owners,
         np.searchsorted(point_of, np.arange(x.shape[0] + 1)),

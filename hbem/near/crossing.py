@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .._threads_kernels import over
 from ..surfaces.subdivision import grid_points
 from ..surfaces.surface_points import SampledSurface
 from . import _facing_kernels as kernels
@@ -106,12 +107,14 @@ def _common_point(
     st = np.stack([surface.outer.s, surface.outer.t], axis=1)
     local = np.concatenate([st[i[order] % per], st[j[order] % per]], axis=1)
     gap = np.empty(e.size)
-    kernels.approach_all(surface.control, e, f, local, gap)
+    over(e.size, kernels.approach_all, surface.control, e, f, local, gap)
     k = int(np.argmin(gap))
     if gap[k] > TOUCH * max(surface.radii[e[k]], surface.radii[f[k]]):
         return None
     jets = np.empty((1, 6, 3))
-    kernels.jets(surface.control, e[k : k + 1], np.ascontiguousarray(local[k : k + 1, :2]), jets)
+    kernels.jets(
+        (0, 1), surface.control, e[k : k + 1], np.ascontiguousarray(local[k : k + 1, :2]), jets
+    )
     return jets[0, 0]
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._threads_kernels import over
 from ..surfaces.surface_points import SampledSurface
 from . import _facing_kernels as kernels
 from .facing_candidates import body_labels, facing_candidates, neighbouring_pairs
@@ -101,7 +102,7 @@ class _Pairs:
     ) -> _Pairs:
         """Move the starts ``(n, 4)`` to closest points; the starts themselves count too."""
         local, distance = start.copy(), np.empty(first.size)
-        kernels.approach_all(surface.control, first, second, local, distance)
+        over(first.size, kernels.approach_all, surface.control, first, second, local, distance)
         elements = np.tile(np.stack([first, second], axis=1), (2, 1))
         local = np.concatenate([local, start]).reshape(-1, 2, 2)
         segment = np.subtract(*(_jets(surface, elements[:, i], local[:, i])[:, 0] for i in (1, 0)))
@@ -146,7 +147,7 @@ class _Pairs:
 def _jets(surface: SampledSurface, elements: np.ndarray, local: np.ndarray) -> np.ndarray:
     out = np.empty((elements.size, 6, 3))
     arrays = np.ascontiguousarray(elements), np.ascontiguousarray(local)
-    kernels.jets(surface.control, *arrays, out)
+    over(out.shape[0], kernels.jets, surface.control, *arrays, out)
     return out
 
 

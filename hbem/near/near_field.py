@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix
 
+from .._threads_kernels import over
 from ..surfaces.bernstein import tensor_bernstein
 from ..surfaces.quadrature import QuadratureOrders
 from ..surfaces.surface_points import PointSet, SampledSurface
@@ -54,8 +55,9 @@ class NearField:
 
     def apply(self, x: np.ndarray) -> np.ndarray:
         """Product with densities ``(n_dofs, 3, k)``, threaded."""
+        x = np.ascontiguousarray(x)
         y = np.zeros(x.shape)
-        kernels.multiply(self.indptr, self.indices, self.data, np.ascontiguousarray(x), y)
+        over(len(y), kernels.multiply, self.indptr, self.indices, self.data, x, y)
         return y
 
     def apply_transposed(self, x: np.ndarray) -> np.ndarray:
@@ -64,10 +66,9 @@ class NearField:
 
     def transposed(self) -> NearField:
         """The same with test and density functions exchanged."""
-        places = csr_matrix((np.arange(self.indices.size), self.indices, self.indptr), (self.n_dofs,) * 2)
-        turned = places.T.tocsr()
-        indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
-        return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
+        place = np.arange(self.indices.size)
+        turned = csr_matrix((place, self.indices, self.indptr), (self.n_dofs,) * 2).T.tocsr()
+        return NearField(turned.indptr, turned.indices, self.data[turned.data], self.n_pairs)
 
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
@@ -122,8 +123,11 @@ def assemble(
         part = pairs.part(slice(first * nt, last * nt))
         sources_indptr = touching.indptr[first : last + 1] - touching.indptr[first]
         sources = touching.indices[touching.indptr[first] : touching.indptr[last]]
-        kernels.add_rows(
-            np.unique(dofs[table_indptr[first] : table_indptr[last]]),
+        rows = np.unique(dofs[table_indptr[first] : table_indptr[last]])
+        over(
+            rows.size,
+            kernels.add_rows,
+            rows,
             owner_indptr,
             owners,
             first,

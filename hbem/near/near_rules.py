@@ -12,6 +12,7 @@ import enum
 
 import numpy as np
 
+from .._threads_kernels import over
 from ..surfaces.quadrature import QuadratureOrders, gauss_tables
 from ..surfaces.surface_points import PatchShapes, SampledSurface
 from ..surfaces.triangles import barycentric, rotation_table
@@ -105,16 +106,18 @@ def _moments(
     moments = np.empty((n, (q + 1) ** 2, 6))
     counts, keys = np.empty((n, 2), np.int64), np.empty(n, np.uint16)
     split, rule, largest = layer is Layer.DOUBLE, orders.rule(layer), nodes.shape[0] - 1
-    kernels.choose(
-        closest.rows, boxes, elements, surface.collapsed, plain,
+    over(
+        n, kernels.choose, closest.rows, boxes, elements, surface.collapsed, plain,
         rule, split, largest, counts, keys,
     )  # fmt: skip
     counts[only_plain] = 0
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
-    kernels.near_moments(
-        pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered,
-        _groups(keys[ordered]), g, shapes.power_coefficients, shapes.control, surface.collapsed,
+    groups = _groups(keys[ordered])
+    over(
+        min(kernels.BLOCKS, groups.size - 1), kernels.near_moments,
+        pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered, groups, g,
+        shapes.power_coefficients, shapes.control, surface.collapsed,
         q, int(layer), split, (orders.radial, orders.angular), orders.source,
         nodes, weights, coincident_distance_squared(surface), moments,
     )  # fmt: skip

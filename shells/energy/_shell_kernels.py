@@ -1,16 +1,14 @@
 """Fused element kernels: Kirchhoff-Love energy, force and tangent; enclosed volume.
 
-Every kernel loops over elements in parallel; each element writes its own slice, so results do
-not depend on the number of threads. Notation of `kirchhoff_love`: t = tangents, h = second
+Every kernel loops over a span of elements; each element writes its own slice, so results do not
+depend on the number of threads. Notation of `kirchhoff_love`: t = tangents, h = second
 derivatives, z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
 """
 
 import numpy as np
-from numba import get_num_threads, njit, prange, set_num_threads
+from numba import njit
 
 from ._membrane_kernels import TAUT, membrane_alone, relax, relaxed_energy, state_of
-
-__all__ = ["FEATURES", "get_num_threads", "set_num_threads"]
 
 FEATURES = 11
 
@@ -59,16 +57,17 @@ def _strains(g, metric, curvature, nu, e, k):
     return J
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def energy(
-    jets, base, weights, metric, curvature, stiffness, flexural, share, dofs, coefficients, out
-):
+    span, jets, base, weights, metric, curvature, stiffness, flexural, share, dofs, coefficients,
+    out,
+):  # fmt: skip
     """Membrane and bending energy of each element into out (n_elements, 2).
 
     weights (2, n_elements, n_points) are those of membrane and bending energy; a share k < 1 of
     compression asks for the tension field ``(1 - k) W_r + k W``.
     """
-    for el in prange(dofs.shape[0]):
+    for el in range(span[0], span[1]):
         g, nu = np.empty((5, 3)), np.empty(3)
         e, k = np.empty(3), np.empty(3)
         membrane = bending = 0.0
@@ -155,8 +154,9 @@ def _second_variations(jet, nu, J, n, m, H, dnu, K):
                     K[3 * a + i, 3 * b + j] += value
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def force_and_tangent(
+    span,
     jets,
     base,
     weights,
@@ -177,7 +177,7 @@ def force_and_tangent(
     """
     nb = dofs.shape[1]
     nd = 3 * nb
-    for el in prange(dofs.shape[0]):
+    for el in range(span[0], span[1]):
         g, nu, H = np.empty((5, 3)), np.empty(3), np.empty(3)
         e, k, n, m = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
         left, right = np.empty((FEATURES, nd)), np.empty((FEATURES, nd))
@@ -242,15 +242,15 @@ def force_and_tangent(
                     K[el, r, c] = K[el, c, r]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def volume_terms(values, dw, dofs, coefficients, order, Q, R, K):
+@njit(cache=True, error_model="numpy", nogil=True)
+def volume_terms(span, values, dw, dofs, coefficients, order, Q, R, K):
     """Enclosed volume [T 2.27] of each element with its exact variations [T 2.30].
 
     values (n_elements, n_points, nb, 3) holds N, N_s, N_t; dw the parametric weights; order 0
     fills Q, 1 also R, 2 also K.
     """
     nb = dofs.shape[1]
-    for el in prange(dofs.shape[0]):
+    for el in range(span[0], span[1]):
         x, t0, t1 = np.empty(3), np.empty(3), np.empty(3)
         z, u, v = np.empty(3), np.empty(3), np.empty(3)
         Q[el] = 0.0

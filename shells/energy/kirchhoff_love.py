@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import ElementForm, Scatter
 from . import _shell_kernels as kernels
@@ -149,7 +150,7 @@ class KirchhoffLove(ShellEnergy):
         ne, nd = self._dofs.shape[0], 3 * self._dofs.shape[1]
         R = np.empty((ne, nd))
         K = np.empty((ne, nd, nd) if tangent else (1, 1, 1))
-        kernels.force_and_tangent(*self._arguments(x, tangent, R, K))
+        over(ne, kernels.force_and_tangent, *self._arguments(x, tangent, R, K))
         return R, K
 
     @property
@@ -178,7 +179,7 @@ class KirchhoffLove(ShellEnergy):
 
     def energy(self, x: np.ndarray) -> tuple[float, float]:
         out = np.empty((self._dofs.shape[0], 2))
-        kernels.energy(*self._arguments(x, out))
+        over(out.shape[0], kernels.energy, *self._arguments(x, out))
         membrane, bending = out.sum(axis=0)
         return float(membrane), float(bending)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, identity, kron
 
+from .._threads_kernels import over
 from ..surfaces.element_basis import ElementBasis
 from ..surfaces.form import Scatter
 from ..surfaces.spline_surface import SplineSurface
@@ -49,7 +50,7 @@ class EnclosedVolume(Enclosure):
         R = np.empty((ne, nd) if order > 0 else (1, 1))
         K = np.empty((ne, nd, nd) if order > 1 else (1, 1, 1))
         c = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(-1, 3) - self.apex)
-        kernels.volume_terms(self._values, self._dw, self._dofs, c, order, Q, R, K)
+        over(ne, kernels.volume_terms, self._values, self._dw, self._dofs, c, order, Q, R, K)
         return Q, R, K
 
     def value(self, x: np.ndarray) -> float:

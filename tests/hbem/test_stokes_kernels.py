@@ -84,10 +84,10 @@ def test_point_sums(rng):
     y[4] = x[9]
     expected = np.einsum("xyik,ykc->cix", kernels(x, y), f)
     blocks, out = x.T.reshape(1, 3, 64).copy(), np.empty((1, 3, 64))
-    point_sums.single_layer_sums(blocks, y, f[..., 0].copy(), TINY, out)
+    point_sums.single_layer_sums((0, 1), blocks, y, f[..., 0].copy(), TINY, out)
     agree(out[0], expected[0])
     out, strengths = np.empty((1, 2, 192)), f.transpose(2, 0, 1).reshape(1, 2, 60).copy()
-    point_sums.single_layer_block_sums(blocks, y.reshape(1, 20, 3), strengths, TINY, out)
+    point_sums.single_layer_block_sums((0, 1), blocks, y[None], strengths, TINY, out)
     agree(out.reshape(2, 3, 64), expected)
 
 
@@ -98,7 +98,9 @@ def test_dense_single_layer(rng):
     each_source, each_target = np.tile(np.eye(4), (2, 1)), np.tile(np.eye(5)[:4], (2, 1))
     expected = six(kernels(x.reshape(-1, 3), y.reshape(-1, 3))) * w.reshape(-1)[:, None]
     columns = np.empty((2, 8, 30))
-    _dense_layer_kernels.source_columns(targets, y, w, each_source, indptr, rows, TINY, columns)
+    _dense_layer_kernels.source_columns(
+        (0, 2), targets, y, w, each_source, indptr, rows, TINY, columns
+    )
     agree(columns.reshape(2, 8, 6, 5).transpose(0, 3, 1, 2).reshape(10, 8, 6), expected)
     block = np.zeros((8, 8, 6))
     _dense_block_kernels.plain_block(
@@ -114,13 +116,13 @@ def test_double_layer_sums(rng):
     y[4] = x[9]
     expected, blocks = kernels(x, y, n), x.T.reshape(1, 3, 64).copy()
     out = np.empty((1, 2, 3, 64))
-    double_layer.double_sums(blocks, y, n, f, TINY, out)
+    double_layer.double_sums((0, 1), blocks, y, n, f, TINY, out)
     agree(out[0], np.einsum("xyik,yck->cix", expected, f))
     out = np.empty((1, 6, 64))
-    double_layer.kernel_sums(blocks, y, n, TINY, out)
+    double_layer.kernel_sums((0, 1), blocks, y, n, TINY, out)
     agree(out[0], six(expected.sum(axis=1)).T)
     out = np.empty((6, 6, 64))
-    double_layer.double_matrix(blocks[0], y, n, TINY, out)
+    double_layer.double_matrix((0, 6), blocks[0], y, n, TINY, out)
     agree(out, six(expected).transpose(2, 1, 0))
 
 
@@ -148,8 +150,8 @@ def test_cluster_sums(rng, double, kind):
     n = rng.normal(size=(8, 3)) if double else None
     out, ptr = np.zeros((1, 3, 10)), np.array([0, 1])
     _cluster_sum_kernels.cluster_sums(
-        x.T.copy(), 10 * ptr, y.T.copy(), 8 * ptr, n.T.copy() if double else np.empty((3, 0)),
-        ptr, np.array([0]), f.astype(kind), TINY, out,
+        (0, 1), x.T.copy(), 10 * ptr, y.T.copy(), 8 * ptr,
+        n.T.copy() if double else np.empty((3, 0)), ptr, np.array([0]), f.astype(kind), TINY, out,
     )  # fmt: skip
     expected = np.einsum("xyik,cky->cix", kernels(x, y, n), f)
     agree(out, expected, 1e-14 if kind is np.float64 else 1e-5)
@@ -198,7 +200,7 @@ def test_fields(rng, factor):
     values, walls, out = rng.normal(size=(2, 4, 6)), rng.normal(size=(3, 3)), np.empty((3, 11))
     none, empty = np.zeros(4, np.int64), np.empty(0, np.int64)
     _field_kernels.fields(
-        x, none, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
+        (0, 1), x, none, empty, np.empty((0, 5)), np.empty((2, 4)), np.empty((2, 3, 3, 3)),
         np.empty((2, 3, 3, 6)), y, n, values, (6.0, 2.0), factor, *gauss_tables(), walls, out,
     )  # fmt: skip
     y, n, values = y.reshape(-1, 3), n.reshape(-1, 3), values.reshape(-1, 6)

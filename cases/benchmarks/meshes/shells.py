@@ -9,9 +9,9 @@ import numpy as np
 from scipy.sparse.linalg import spsolve
 from skfem import LinearForm
 
+from shells import _threads_kernels as kernels
 from shells.conditions.supports import extraction, pin, supported
 from shells.conditions.triangle_edges import edge_load, hold_edges, rim_edges
-from shells.energy import _shell_kernels as kernels
 from shells.energy.kinks.edge_tables import HeldSlopes
 from shells.energy.kinks.triangle_shell import TriangleShell
 from shells.energy.material import Material

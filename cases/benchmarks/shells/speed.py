@@ -14,9 +14,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import BilinearForm, LinearForm
 
+from shells import _threads_kernels as kernels
 from shells.conditions.rigid_motions import coefficients_of
 from shells.conditions.supports import hinge, supported
-from shells.energy import _shell_kernels as kernels
 from shells.energy.densities import StVenantKirchhoff
 from shells.energy.hyperelastic import HyperelasticShell
 from shells.energy.kirchhoff_love import KirchhoffLove

@@ -5,7 +5,7 @@ point's formulas are in `_point_kernels`.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ._point_kernels import kink, point_force, point_tangent
 
@@ -33,10 +33,10 @@ def _vectors(trace, beside, dofs, coefficients, fixed, v):
                 v[3 + s, i] += beside[s, k, 1] * c
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def energy(dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, out):
+@njit(cache=True, error_model="numpy", nogil=True)
+def energy(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, out):
     """Energy of each edge into out (n_edges,)."""
-    for e in prange(dofs.shape[0]):
+    for e in range(span[0], span[1]):
         v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
         total = 0.0
         for q in range(weights.shape[1]):
@@ -46,10 +46,10 @@ def energy(dofs, trace, beside, fixed, weights, free, moduli, stiffness, coeffic
         out[e] = total
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
-def kinks(dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, theta):
+@njit(cache=True, error_model="numpy", nogil=True)
+def kinks(span, dofs, trace, beside, fixed, weights, free, moduli, stiffness, coefficients, theta):
     """Kinks less the stress-free ones into theta (n_edges, n_points)."""
-    for e in prange(dofs.shape[0]):
+    for e in range(span[0], span[1]):
         v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
         for q in range(weights.shape[1]):
             _vectors(trace[e, q], beside[e, q], dofs[e], coefficients, fixed[e, q], v)
@@ -96,8 +96,9 @@ def _spread(trace, beside, H, w, right, K):
                         row[c] += f * by_g[c] + h * by_m[c]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, parallel=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def force_and_tangent(
+    span,
     dofs,
     trace,
     beside,
@@ -119,7 +120,7 @@ def force_and_tangent(
     """
     nt, sides, k = trace.shape[2], beside.shape[2], beside.shape[3]
     m = dofs.shape[1]
-    for e in prange(dofs.shape[0]):
+    for e in range(span[0], span[1]):
         v, n, J = np.empty((5, 3)), np.empty((2, 3)), np.empty(2)
         dtheta, dM, slope = np.empty((5, 3)), np.empty((5, 3)), np.empty((5, 3))
         turn = np.empty((2, 4, 3))

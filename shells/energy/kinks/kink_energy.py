@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._threads_kernels import over
 from ...surfaces.triangles.triangle_basis import TriangleBasis
 from ..material import Material
 from . import _kink_kernels as kernels
@@ -50,7 +51,7 @@ class KinkEnergy:
         total = 0.0
         for b in self.batches:
             out = np.empty(b.edges.size)
-            kernels.energy(*_arguments(b, x, out))
+            over(out.size, kernels.energy, *_arguments(b, x, out))
             total += float(out.sum())
         return total
 
@@ -60,7 +61,7 @@ class KinkEnergy:
         for b in self.batches:
             found.append(np.empty((b.edges.size, 3 * b.dofs.shape[1])))
             none = np.empty((1, 1, 1))
-            kernels.force_and_tangent(*_arguments(b, x, False, found[-1], none))
+            over(b.edges.size, kernels.force_and_tangent, *_arguments(b, x, False, found[-1], none))
         return found
 
     def tangents(
@@ -74,7 +75,8 @@ class KinkEnergy:
             for start in range(0, n, BLOCK):
                 part = slice(start, min(start + BLOCK, n))
                 own = K[: part.stop - start]
-                kernels.force_and_tangent(*_arguments(b, x, True, R[part], own, part=part))
+                arguments = _arguments(b, x, True, R[part], own, part=part)
+                over(len(own), kernels.force_and_tangent, *arguments)
                 blocks.add(data, group, own, part)
             found.append(R)
         return found
@@ -84,7 +86,7 @@ class KinkEnergy:
         found = []
         for b in self.batches:
             found.append(np.empty(b.weights.shape))
-            kernels.kinks(*_arguments(b, x, found[-1]))
+            over(b.edges.size, kernels.kinks, *_arguments(b, x, found[-1]))
         return found
 
 
