@@ -18,6 +18,7 @@ from .._threads_kernels import over
 from ..near.near_field import NearField
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, block_tree, grouped_tree, list_partners, refuse_above
+from .near_part.stored_near import stored_near
 from .nested_bases import ETA, Bases, nested_bases
 from .operator import (
     Compressed,
@@ -26,7 +27,6 @@ from .operator import (
     direct,
 )
 from .point_kernel import PointKernel, checked_basis
-from .stored_near import stored_near
 
 SINGLE = 1e-4  # tolerances from here on: everything in single precision
 

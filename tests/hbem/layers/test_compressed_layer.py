@@ -6,7 +6,7 @@ import pytest
 from cases.geometry.bodies import sphere, torus
 from cases.geometry.pillows.pillow import round_bag
 from hbem.compression import h2matrix
-from hbem.compression.stored_near import stored_near
+from hbem.compression.near_part.stored_near import stored_near
 from hbem.layers.choice import Compression, choose
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 from threadpoolctl import threadpool_limits
 
-from .._threads_kernels import over
-from ..near.near_field import NearField
-from . import _stored_near_kernels as kernels
-from .cluster_tree import ClusterTree
-from .point_kernel import PointKernel
+from ..._threads_kernels import over
+from ...near.near_field import NearField
+from ..cluster_tree import ClusterTree
+from ..point_kernel import PointKernel
+from . import _strip_kernels as kernels
 
 CHUNK = 4_000_000  # values of strips held at a time
 

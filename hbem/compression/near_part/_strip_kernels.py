@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .._stokes_kernels import OVER_8_PI, stokeslet_components, stresslet_components
+from ..._stokes_kernels import OVER_8_PI, stokeslet_components, stresslet_components
 
 LANES = 8  # target counts are padded to multiples: no scalar tails
 
