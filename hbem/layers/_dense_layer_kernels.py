@@ -58,7 +58,7 @@ def source_columns(span, targets, sources, weights, values, table_indptr, dofs, 
                 add_sources(values[row], flat, out[dofs[row]])
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def test_rows(span, columns, weights, values, table_indptr, dofs, first, matrix):
     """Add ``sum_t w_t N_a(x_t) columns`` of some target elements to the matrix.
 

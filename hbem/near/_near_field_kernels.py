@@ -94,7 +94,7 @@ def add_rows(
                 scatter_functions(local[k - begin], extraction[r0:r1], dofs[r0:r1], place, data)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def multiply(span, indptr, indices, data, x, y):
     """``y += A x`` for ``x (n_columns, 3, k)``, ``y (n_rows, 3, k)``."""
     for a in range(span[0], span[1]):
