@@ -66,16 +66,25 @@ class NearField:
 
     def transposed(self) -> NearField:
         """The same with test and density functions exchanged."""
-        numbers, shape = np.arange(self.indices.size), (self.n_dofs, self.n_dofs)
-        places = csr_matrix((numbers, self.indices, self.indptr), shape)
-        turned = places.T.tocsr()
-        indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
-        return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
+        place = np.arange(self.indices.size)
+        turned = csr_matrix((place, self.indices, self.indptr), (self.n_dofs,) * 2).T.tocsr()
+        return NearField(turned.indptr, turned.indices, self.data[turned.data], self.n_pairs)
 
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
         return bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n_dofs,) * 2)
+
+    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Dense part ``(len(rows), len(columns), 6)`` for some test and density functions."""
+        position = np.full(self.n_dofs, -1)
+        position[columns] = np.arange(columns.size)
+        out = np.zeros((rows.size, columns.size, 6))
+        for i, a in enumerate(rows):
+            line = slice(self.indptr[a], self.indptr[a + 1])
+            at = position[self.indices[line]]
+            out[i, at[at >= 0]] = self.data[line][at >= 0]
+        return out
 
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
