@@ -1,14 +1,11 @@
 """Seconds of coupled steps: an accordion folded twice, and a pancake, as they were shipped.
 
-`figures` uses the console and what runs write, nothing that an older tree lacks, and
-``python coupled.py SCENE STEPS`` prints it as JSON: the same file, run with another tree on
-PYTHONPATH, measures that tree. Runs are processes of their own, start included.
+The console and what runs write are used, nothing that an older tree lacks. Runs are processes of their own, start included.
 """
 
 from __future__ import annotations
 
 import csv
-import json
 import subprocess
 import sys
 import tempfile
@@ -109,7 +106,3 @@ def figures(scene: str, steps: int) -> dict[str, float]:
     cpu = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     counts = {name: sum(int(row[name]) for row in rows) for name in COUNTS}
     return {"wall": wall, "cpu": cpu, **counts, **{n: float(rows[-1][n]) for n in STATE}}
-
-
-if __name__ == "__main__":
-    print(json.dumps(figures(sys.argv[1], int(sys.argv[2]))))
