@@ -1,6 +1,7 @@
 """Seconds of coupled steps: an accordion folded twice, and a pancake, as they were shipped.
 
-The console and what runs write are used, nothing that an older tree lacks. Runs are processes of their own, start included.
+The console and what runs write are used, nothing that an older tree lacks. Runs are processes of
+their own, start included.
 """
 
 from __future__ import annotations

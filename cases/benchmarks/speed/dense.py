@@ -1,12 +1,14 @@
 """Dense plain part, patch blocks and coarse image: CPU seconds beside the limit of the machine.
 
-Nothing here is used that an older tree lacks. A pair is one target with one source, those that symmetry spares included.
+Nothing here is used that an older tree lacks. A pair is one target with one source, those that
+symmetry spares included.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -52,7 +54,7 @@ def figures(quick: bool = False) -> dict[str, dict[str, float]]:
     for name, around in DENSE.items():
         small = layer(around)
         pairs = small.surface.outer.weights.size * small.surface.source.weights.size
-        seconds = _least(lambda one=small: dense_matrix(one.surface, one.near), REPEATS)
+        seconds = _least(partial(dense_matrix, small.surface, small.near), REPEATS)
         found[name] = {"dense matrix": seconds, "s/pair": seconds / pairs}
     large = layer(DENSE["1000 elements"] if quick else LARGE)
     options, functions = SchwarzOptions(), Functions.of(large.surface)

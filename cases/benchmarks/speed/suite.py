@@ -6,7 +6,7 @@ A row has ``seconds`` now, ``before``, their ``ratio``, the ratio (or value) ``a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,7 +61,7 @@ class Probe:
             yield row(item, now, old)
 
 
-def row(item: Item, now: list[Figures], before: list[Figures]) -> Row:
+def row(item: Item, now: Sequence[Figures], before: Sequence[Figures]) -> Row:
     """One item of both."""
     least = [min(f[item.figure] for f in runs) for runs in (now, before) if runs]
     pairs_of = [(now[0][name], before[0][name]) for name in item.same] if before else []
