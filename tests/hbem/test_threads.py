@@ -5,14 +5,13 @@ import threading
 import numpy as np
 import pytest
 
-from hbem import _threads_kernels as ours
-from shells import _threads_kernels as theirs
+from hbem import _threads_kernels
 
 
-@pytest.fixture(params=[ours, theirs], ids=["hbem", "shells"])
-def over(request, monkeypatch):
-    monkeypatch.setattr(request.param, "get_num_threads", lambda: 3)
-    return request.param.over
+@pytest.fixture
+def over(monkeypatch):
+    monkeypatch.setattr(_threads_kernels, "get_num_threads", lambda: 3)
+    return _threads_kernels.over
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 1000])

@@ -24,7 +24,7 @@ LARGE, LARGEST = 258, 424  # elements around of 1e5 and 2.7e5 unknowns
 
 
 @dataclass(frozen=True)
-class Item:
+class Timed:
     """What a probe finds under a name, shown as a row."""
 
     figure: str
@@ -42,7 +42,7 @@ class Probe:
     script: str
     function: str
     arguments: tuple[Any, ...]
-    items: tuple[Item, ...]
+    items: tuple[Timed, ...]
     threads: int = 0
     turns: int = 2
     before: bool = True
@@ -61,7 +61,7 @@ class Probe:
             yield row(item, now, old)
 
 
-def row(item: Item, now: Sequence[Figures], before: Sequence[Figures]) -> Row:
+def row(item: Timed, now: Sequence[Figures], before: Sequence[Figures]) -> Row:
     """One item of both."""
     least = [min(f[item.figure] for f in runs) for runs in (now, before) if runs]
     pairs_of = [(now[0][name], before[0][name]) for name in item.same] if before else []
@@ -89,9 +89,9 @@ def probes(quick: bool) -> Iterator[Probe]:
             "figures",
             (scene, 4 if quick else steps),
             (
-                Item("wall", f"{scene}, all steps", asked=asked, same=STATE[:-1]),
-                Item("assemblies", f"{scene}, assemblies", "count"),
-                Item("newton_iterations", f"{scene}, Newton iterations", "count"),
+                Timed("wall", f"{scene}, all steps", asked=asked, same=STATE[:-1]),
+                Timed("assemblies", f"{scene}, assemblies", "count"),
+                Timed("newton_iterations", f"{scene}, Newton iterations", "count"),
             ),
             turns=1,
         )
@@ -100,7 +100,7 @@ def probes(quick: bool) -> Iterator[Probe]:
         "figures",
         (quick,),
         tuple(
-            Item(f"{shell}, {work}, assembled", f"shell, {work}: {shell}", "us/element", asked)
+            Timed(f"{shell}, {work}, assembled", f"shell, {work}: {shell}", "us/element", asked)
             for shell in ("pancake", "accordion-2", "triangles, degree 3")
             for work, asked in (("residual", 0.54), ("tangent", 0.69))
         ),
@@ -114,10 +114,10 @@ def probes(quick: bool) -> Iterator[Probe]:
             "near_costs",
             (around, gap),
             (
-                Item("seconds", name, asked=0.38, same=("pairs", "points")),
-                Item("ns a point", f"{name}: a point", "ns", 0.38),
-                Item("us a pair", f"{name}: a pair", "us", 0.5),
-                Item("two threads", f"{name}: two threads", "times", np.nan),
+                Timed("seconds", name, asked=0.38, same=("pairs", "points")),
+                Timed("ns a point", f"{name}: a point", "ns", 0.38),
+                Timed("us a pair", f"{name}: a pair", "us", 0.5),
+                Timed("two threads", f"{name}: two threads", "times", np.nan),
             ),
             turns=1,
         )
@@ -129,13 +129,13 @@ def probes(quick: bool) -> Iterator[Probe]:
         "figures",
         (quick,),
         (
-            Item("limit, s/pair", "limit: point sums", "s/pair"),
-            *(Item(f"{n}, dense matrix", f"dense layer, {n}") for n in sizes),
+            Timed("limit, s/pair", "limit: point sums", "s/pair"),
+            *(Timed(f"{n}, dense matrix", f"dense layer, {n}") for n in sizes),
             *(
-                Item(f"{n}, s/pair", f"dense layer, {n}: a pair", "s/pair", limit="limit, s/pair")
+                Timed(f"{n}, s/pair", f"dense layer, {n}: a pair", "s/pair", limit="limit, s/pair")
                 for n in sizes
             ),
-            *(Item(f"{large}, {p}", f"{p}, {large}") for p in parts),
+            *(Timed(f"{large}, {p}", f"{p}, {large}") for p in parts),
         ),
         threads=1,
         turns=1,
@@ -148,9 +148,9 @@ def probes(quick: bool) -> Iterator[Probe]:
             "cloud",
             (cloud, points, 1e-3),
             (
-                Item("seconds", f"{name}: product", asked=asked),
-                Item("build", f"{name}: build"),
-                Item("error", f"{name}: error of the product", "relative"),
+                Timed("seconds", f"{name}: product", asked=asked),
+                Timed("build", f"{name}: build"),
+                Timed("error", f"{name}: error of the product", "relative"),
             ),
             threads=1,
             turns=1,
@@ -159,7 +159,7 @@ def probes(quick: bool) -> Iterator[Probe]:
             "far",
             "peer",
             (cloud, points, 1e-3),
-            (Item("seconds", f"FMM3D, {points} points, {cloud}: product"),),
+            (Timed("seconds", f"FMM3D, {points} points, {cloud}: product"),),
             threads=1,
             turns=1,
             before=False,
@@ -178,10 +178,10 @@ def _solve(around: int, before: bool) -> Probe:
         "solve",
         (around, 0.05),
         (
-            Item("seconds", name, asked=asked),
-            *(Item(part, f"{name}: {part}") for part in parts),
-            Item("iterations", f"{name}: iterations", "count"),
-            Item("peak GB", f"{name}: peak", "GB"),
+            Timed("seconds", name, asked=asked),
+            *(Timed(part, f"{name}: {part}") for part in parts),
+            Timed("iterations", f"{name}: iterations", "count"),
+            Timed("peak GB", f"{name}: peak", "GB"),
         ),
         turns=1,
         before=before,
@@ -195,7 +195,7 @@ def start_rows() -> Iterator[Row]:
     for cold, word in ((True, "first start"), (False, "warm start")):
         found = {root: [seconds_to_first_step(*FIRST, cold=cold, root=root)] for root in trees}
         for figure, asked in (("first step", 0.375 if cold else 0.3), ("news", np.nan)):
-            item = Item(figure, f"{word}: {figure}", asked=asked)
+            item = Timed(figure, f"{word}: {figure}", asked=asked)
             yield row(item, found[ROOT], found[earlier] if earlier else [])
 
 
