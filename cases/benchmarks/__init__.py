@@ -33,6 +33,7 @@ _SUMMARIES = {
     "pareto": "error over seconds: pancake, torus, film, folded bag, roof",
     "planar": "planar flows, narrow gaps, all planar scenes, models compared",
     "shells": "roof, locking and large rotations against published figures",
+    "speed": "where users wait: now, before, and the limit",
 }
 BENCHMARKS: Mapping[str, Entry] = {
     name: Entry(f"{__name__}.{name}.suite", summary) for name, summary in _SUMMARIES.items()

@@ -77,9 +77,12 @@ def _run(
     *,
     resume: bool,
 ) -> Finished:
+    from ._compile_kernels import kernels_ready
+
     kind = KINDS[scene.kind]
-    if isinstance(kind, TimeKind):
-        scene = cast(TimedScene, scene)  # a scene of such a kind
-        return run_in_time(kind, scene, folder, console, tolerances, resume=resume)
-    assert isinstance(kind, StepKind)  # a kind is one or the other
-    return run_steps(kind, scene, folder, console, tolerances, resume=resume)
+    with kernels_ready(scene, console):
+        if isinstance(kind, TimeKind):
+            scene = cast(TimedScene, scene)  # a scene of such a kind
+            return run_in_time(kind, scene, folder, console, tolerances, resume=resume)
+        assert isinstance(kind, StepKind)  # a kind is one or the other
+        return run_steps(kind, scene, folder, console, tolerances, resume=resume)

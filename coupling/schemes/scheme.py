@@ -65,6 +65,8 @@ class StepProblem:
         Why a configuration must not be assembled (None: it may); one of them is called before
         every assembly: ``inspect`` for guesses and relaxed iterates, ``verify`` for what the
         structure has reached.
+    tests : bool
+        Whether they test the way to a guess, so that the structure need not.
     """
 
     structure: Structure
@@ -79,6 +81,7 @@ class StepProblem:
     before: np.ndarray | None = None
     inspect: Callable[[np.ndarray], Result | None] = lambda coefficients: None
     verify: Callable[[np.ndarray], Result | None] = lambda coefficients: None
+    tests: bool = False
 
     @property
     def accepted(self) -> np.ndarray:

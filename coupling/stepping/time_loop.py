@@ -124,8 +124,7 @@ class _Loop:
             self.sums = dict(self.start.accumulated)
             self.past = {k[5:]: v for k, v in self.start.memory.items() if k.startswith("past.")}
             self.memory = {k: v for k, v in self.start.memory.items() if not k.startswith("past.")}
-        self.clock = time.perf_counter()
-        self.pending = Counts()
+        self.clock, self.pending = time.perf_counter(), Counts()
         self.causes: list[Result] = []  # of the rejections since the last accepted step
         self.gap = float("inf")
         self.safe = self.start  # the last step that recorders have heard of as a whole
@@ -193,6 +192,7 @@ class _Loop:
             self.state.coefficients,
             self._inspect,
             self._verify,
+            sim.collision is not None,
         )
         result = self._attempt(problem)
         cause, error = result.failure or self._verify(result.state.coefficients), 0.0

@@ -14,7 +14,7 @@ from numba import njit
 FOLD = 8  # panel widths are padded to multiples
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def gather(span, panel_ptr, width, leaf_ptr, panels, x, z_ptr, z):
     """``z = L^T x`` for every leaf; ``x (k, 3, n)``, ``z (k, sum of widths)``."""
     for leaf in range(span[0], span[1]):

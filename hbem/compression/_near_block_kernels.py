@@ -12,57 +12,84 @@ from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet_components, stresslet_components
 
-# Targets and sources of one sweep: kernel values below 128 kB, beyond which memory is not reused.
-TARGETS, SOURCES = 32, 64
-LANES = 8  # target counts are padded to multiples: no scalar tails
+TARGETS = 64  # targets of one sweep
+SOURCES = 18  # sources of one sweep: their kernel values stay in the first cache
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def dense_basis(points, items, basis_ptr, basis_rows, basis_values, out):
-    """Functions at points as ``out (n_points, n_items)``; both sides increase."""
+def add_lines(out, count, kernels, which, weights):
+    """``out += sum_k weights[k] kernels[which[k]]``, three a sweep: supports come in threes."""
+    k = 0
+    while k + 3 <= count:
+        a, b, c = kernels[which[k]], kernels[which[k + 1]], kernels[which[k + 2]]
+        wa, wb, wc = weights[k], weights[k + 1], weights[k + 2]
+        for p in range(out.size):
+            out[p] += wa * a[p] + wb * b[p] + wc * c[p]
+        k += 3
+    while k < count:
+        a, wa = kernels[which[k]], weights[k]
+        for p in range(out.size):
+            out[p] += wa * a[p]
+        k += 1
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def one_block(
+    positions, normals, tiny, pt, ps, it, is_, basis_ptr, basis_rows, basis_values, local, out
+):  # fmt: skip
+    """Block ``out (6, n_s, n_t)`` of two clusters: points pt, ps of the supports of it, is_."""
+    m, q, nt, ns = pt.size, ps.size, it.size, is_.size
+    kernels = np.empty((SOURCES, 6, TARGETS))
+    lines = kernels.reshape(SOURCES, 6 * TARGETS)
+    potentials = np.empty((ns, 6, TARGETS))
+    flat = potentials.reshape(ns, 6 * TARGETS)
+    x, y, normal = np.empty((3, TARGETS)), np.empty(3), np.empty(min(3, 3 * normals.shape[1]))
+    which, weights = np.empty(SOURCES, np.int64), np.empty(SOURCES)
+    at_t, at_s = np.empty(nt, np.int64), np.empty(ns, np.int64)
+    for a in range(nt):
+        at_t[a] = basis_ptr[it[a]]
     out[:] = 0.0
-    for a in range(items.size):
-        j = 0
-        for k in range(basis_ptr[items[a]], basis_ptr[items[a] + 1]):
-            while points[j] != basis_rows[k]:
-                j += 1
-            out[j, a] = basis_values[k]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def one_block(positions, normals, tiny, pt, ps, test, basis, out):
-    """Block ``out (n_s, 6, n_t)`` of two clusters, as matrix products.
-
-    ``test (n_points, n_t)``, ``basis (n_points, n_s)`` are the functions at the points pt, ps.
-    """
-    nt, ns = test.shape[1], basis.shape[1]
-    y, normal = np.empty(3), np.empty(min(3, 3 * normals.shape[1]))
-    flat = out.reshape(6 * ns, nt)
-    flat[:] = 0.0
-    for first in range(0, pt.size, TARGETS):
-        m = min(TARGETS, pt.size - first)
-        padded = (m + LANES - 1) // LANES * LANES
-        x = np.empty((3, padded))
-        tests = np.zeros((padded, nt), out.dtype)
-        tests[:m] = test[first : first + m]
-        for t in range(padded):
-            for c in range(3):
-                x[c, t] = positions[c, pt[first + min(t, m - 1)]]
-        potentials = np.zeros((ns, 6 * padded), out.dtype)
-        for begin in range(0, ps.size, SOURCES):
-            q = min(SOURCES, ps.size - begin)
-            kernel = np.empty((q, 6, padded), out.dtype)
-            for j in range(q):
+    for p0 in range(0, m, TARGETS):
+        p1 = min(p0 + TARGETS, m)
+        for c in range(3):
+            for t in range(TARGETS):
+                x[c, t] = positions[c, pt[min(p0 + t, m - 1)]]
+        potentials[:] = 0.0
+        for b in range(ns):
+            at_s[b] = basis_ptr[is_[b]]
+        for j in range(q):
+            local[ps[j]] = j
+        for q0 in range(0, q, SOURCES):
+            q1 = min(q0 + SOURCES, q)
+            for j in range(q0, q1):
                 for c in range(3):
-                    y[c] = positions[c, ps[begin + j]]
+                    y[c] = positions[c, ps[j]]
                 for c in range(normal.size):
-                    normal[c] = normals[c, ps[begin + j]]
+                    normal[c] = normals[c, ps[j]]
                 if normal.size == 0:
-                    stokeslet_components(OVER_8_PI, x, y, tiny, kernel[j])
+                    stokeslet_components(OVER_8_PI, x, y, tiny, kernels[j - q0])
                 else:
-                    stresslet_components(OVER_8_PI, x, y, normal, tiny, kernel[j])
-            potentials += np.dot(basis[begin : begin + q].T, kernel.reshape(q, 6 * padded))
-        flat += np.dot(potentials.reshape(6 * ns, padded), tests)
+                    stresslet_components(OVER_8_PI, x, y, normal, tiny, kernels[j - q0])
+            for b in range(ns):
+                k, count = at_s[b], 0
+                while k < basis_ptr[is_[b] + 1] and local[basis_rows[k]] < q1:
+                    which[count] = local[basis_rows[k]] - q0
+                    weights[count] = basis_values[k]
+                    count += 1
+                    k += 1
+                at_s[b] = k
+                add_lines(flat[b], count, lines, which, weights)
+        for j in range(m):
+            local[pt[j]] = j
+        for a in range(nt):
+            k = at_t[a]
+            while k < basis_ptr[it[a] + 1] and local[basis_rows[k]] < p1:
+                w, p = basis_values[k], local[basis_rows[k]] - p0
+                for c in range(6):
+                    for b in range(ns):
+                        out[c, b, a] += w * potentials[b, c, p]
+                k += 1
+            at_t[a] = k
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -80,59 +107,24 @@ def near_blocks(
         t, s = clusters_t[k], clusters_s[k]
         pt, ps = points[point_ptr[t] : point_ptr[t + 1]], points[point_ptr[s] : point_ptr[s + 1]]
         it, is_ = items[item_ptr[t] : item_ptr[t + 1]], items[item_ptr[s] : item_ptr[s + 1]]
-        test = np.empty((pt.size, it.size), data.dtype)
-        basis = np.empty((ps.size, is_.size), data.dtype)
-        dense_basis(pt, it, basis_ptr, basis_rows, basis_values, test)
-        dense_basis(ps, is_, basis_ptr, basis_rows, basis_values, basis)
-        block = np.empty((is_.size, 6, it.size), data.dtype)
-        one_block(positions, normals, tiny, pt, ps, test, basis, block)
+        local = np.empty(positions.shape[1], np.int32)
+        block = np.empty((6, is_.size, it.size))
+        one_block(
+            positions, normals, tiny, pt, ps, it, is_, basis_ptr, basis_rows, basis_values, local,
+            block,
+        )  # fmt: skip
         out = data[data_ptr[k] : data_ptr[k + 1]].reshape(6, is_.size, it.size)
         for c in range(6):
             for b in range(is_.size):
                 for a in range(it.size):
-                    out[c, b, a] = block[b, c, a]
+                    out[c, b, a] = block[c, b, a]
         if mirror[k] >= 0:
             other = data[data_ptr[mirror[k]] : data_ptr[mirror[k] + 1]]
             turned = other.reshape(6, it.size, is_.size)
             for c in range(6):
                 for b in range(is_.size):
                     for a in range(it.size):
-                        turned[c, a, b] = block[b, c, a]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def add_to_rows(
-    row_leaf, row_ptr, row_functions, column_leaf, column_ptr, column_functions, order, data_ptr,
-    data, turned, indptr, indices, out,
-):  # fmt: skip
-    """Add blocks of pairs of leaves to a sparse matrix of functions, ``out (nnz, 6)``.
-
-    ``order`` are the blocks, sorted by the leaf of the rows; ``turned`` where the blocks have rows
-    first instead of columns. The functions of a leaf are ``functions[ptr[leaf] : ptr[leaf + 1]]``.
-    """
-    widest = np.diff(row_ptr).max()
-    place = np.empty((widest, indptr.size), np.int32)
-    held = -1
-    for o in range(order.size):
-        k = order[o]
-        t, s = row_leaf[k], column_leaf[k]
-        rows = row_functions[row_ptr[t] : row_ptr[t + 1]]
-        columns = column_functions[column_ptr[s] : column_ptr[s + 1]]
-        if t != held:
-            held = t
-            for a in range(rows.size):
-                start = indptr[rows[a]]
-                for j in range(start, indptr[rows[a] + 1]):
-                    place[a, indices[j]] = j - start
-        n, m = rows.size, columns.size
-        block = data[data_ptr[k] : data_ptr[k + 1]]
-        step_a, step_b = (m, 1) if turned else (1, n)
-        for a in range(n):
-            start = indptr[rows[a]]
-            for b in range(m):
-                line = out[start + place[a, columns[b]]]
-                for c in range(6):
-                    line[c] += block[c * n * m + a * step_a + b * step_b]
+                        turned[c, a, b] = block[c, b, a]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -2,7 +2,8 @@
 
 The charges of a cluster are replaced by equivalent ones on a few of its points, level by level
 upwards; clusters far from each other exchange the exact kernel between skeletons; potentials go
-down by the transposed interpolations (`nested_bases`). Nothing else is stored.
+down by the transposed interpolations (`nested_bases`). Near boxes are summed on the fly between
+points, and stored between functions where memory allows (`stored_near`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from .._threads_kernels import over
 from ..near.near_field import NearField
 from . import _nested_basis_kernels as kernels
 from .cluster_tree import BlockTree, block_tree, grouped_tree, list_partners, refuse_above
+from .near_part.stored_near import stored_near
 from .nested_bases import ETA, Bases, nested_bases
 from .operator import (
     Compressed,
@@ -25,7 +27,6 @@ from .operator import (
     direct,
 )
 from .point_kernel import PointKernel, checked_basis
-from .stored_near import stored_near
 
 SINGLE = 1e-4  # tolerances from here on: everything in single precision
 
@@ -210,7 +211,12 @@ def _build(
         place = np.zeros(tree.n_nodes, dtype=np.int64)
         place[tree.leaves] = np.arange(tree.leaves.size)
         test = basis if test is None else test
-        near = stored_near(kernel, tree, place[blocks.near], basis, test, dtype)
+        room = (
+            None
+            if memory is None
+            else memory - sum({id(b): b.nbytes for b in (bases, sources)}.values())
+        )
+        near = stored_near(kernel, tree, place[blocks.near], basis, test, dtype, room)
     ranks = np.diff(bases.ptr)
     n = kernel.n if basis is None else basis.shape[1]
     operator = H2Matrix(

@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
-from ..near._closest_point_kernels import SMALLEST, bernstein
+from ..near._closest_point_kernels import SMALLEST
+from ..surfaces._jet_kernels import bernstein
 
 VELOCITY, PRESSURE, STRESS, ANGLE, SIZE = 0, 3, 4, 10, 11
 BLOCK = 8  # points that share one set of buffers

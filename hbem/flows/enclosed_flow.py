@@ -167,7 +167,7 @@ class EnclosedStokes:
             formulation,
             on_solve,
             self.traction_tolerance,
-            BUILDERS[self.preconditioner],
+            self.preconditioner == "mass",
         )
 
     def _record(self, layer: SingleLayer) -> None:

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from ..layers.layer import SingleLayer
 from ..solvers.saddle import DenseSaddle
-from ..solvers.saddle_system import Builder, MassPreconditioner, SaddleSolution
+from ..solvers.saddle_system import SaddleSolution
 from ..surfaces.configuration import real_array
 from ..surfaces.surface_points import SampledSurface, geometry_matrix
 from ..traction import Traction
@@ -40,15 +40,15 @@ class EnclosedOperator:
         Receives the `SaddleSolution` of every traction.
     tolerance : float
         Error asked of the traction, which measured errors are compared with.
-    preconditioner : callable, optional
-        Of GMRES in the larger space that measures the mesh's share; default that of fat bodies.
+    fat : bool
+        No gap asks for more than the mass matrix as a preconditioner.
     """
 
     problem: EnclosedProblem
     formulation: JumpFormulation
     on_solve: Callable[[SaddleSolution], None]
     tolerance: float = np.inf
-    preconditioner: Builder = MassPreconditioner
+    fat: bool = True
 
     @property
     def layer(self) -> SingleLayer:
@@ -154,7 +154,7 @@ class EnclosedOperator:
         error = solver.error(measured, krylov, corrected=False)
         if not mesh:
             return error
-        larger = LargerSpace(solver.finest, self.preconditioner)
+        larger = LargerSpace(solver.finest, made.system, self.fat)
         there = EnclosedOperator(self.problem, larger.formulation, self.on_solve)
         undisturbed = None
         if self.problem.background is not None:

@@ -19,9 +19,10 @@ from ..accuracy import AMPLIFICATION
 from ..layers.choice import choose
 from ..layers.single_layer import single_layer_on
 from ..near.facing_gap import FacingGap
+from ..solvers.nested import NestedSchwarz, nested_schwarz
 from ..solvers.refinement import INNER
-from ..solvers.saddle import DENSE_LIMIT
-from ..solvers.saddle_system import Builder
+from ..solvers.saddle import DENSE_LIMIT, DenseSaddle, IterativeSaddle
+from ..solvers.saddle_system import MassPreconditioner, SaddleSystem
 from ..surfaces.bernstein import bernstein, tensor_bernstein
 from ..surfaces.patches import BezierPatches
 from ..surfaces.surface_points import PointSet, SampledSurface
@@ -94,14 +95,17 @@ class LargerSpace:
     ----------
     base : JumpFormulation
         With the orders that its solutions were corrected to.
-    preconditioner : callable
-        Of GMRES in the larger space, where LU is too dear.
+    solver : DenseSaddle or IterativeSaddle
+        That the solutions come from; the coarse level of GMRES in the larger space.
+    fat : bool
+        No gap asks for more than the mass matrix as a preconditioner.
     thinness : float
         Of the narrowest gap, which amplifies what the iteration leaves.
     """
 
     base: JumpFormulation
-    preconditioner: Builder
+    solver: DenseSaddle | IterativeSaddle
+    fat: bool
     thinness: float = np.inf
 
     @cached_property
@@ -131,10 +135,13 @@ class LargerSpace:
             made,
             layer=single_layer_on(surface, orders, compression=compression),
             orders=orders,
-            preconditioner=self.preconditioner,
+            preconditioner=MassPreconditioner if self.fat else self._nested,
             dense_limit=DENSE_LIMIT,
             components=components,
         )
+
+    def _nested(self, system: SaddleSystem) -> NestedSchwarz:
+        return nested_schwarz(system, self.solver, self.injection)
 
     @cached_property
     def injection(self) -> csr_matrix:

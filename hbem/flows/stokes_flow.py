@@ -177,10 +177,9 @@ class StokesFlow:
     @cached_property
     def larger(self) -> LargerSpace:
         """The larger density space that measures the mesh's share."""
-        schwarz = self.budget.preconditioner == "schwarz"
         finest = self.solver.finest if self._measured else self.formulation
-        builder = two_level_schwarz if schwarz else MassPreconditioner
-        return LargerSpace(finest, builder, self.budget.thinness)
+        fat = self.budget.preconditioner == "mass"
+        return LargerSpace(finest, self.formulation.system, fat, self.budget.thinness)
 
     @property
     def points(self) -> np.ndarray:

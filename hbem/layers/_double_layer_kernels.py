@@ -64,7 +64,7 @@ def kernel_sums(span, targets, sources, normals, tiny, out):
                     out[b, c, t] += kernel[c, t]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def double_matrix(span, targets, sources, normals, tiny, out):
     """Components of one block of targets with every source: ``out (6, n_sources, BLOCK)``."""
     for q in range(span[0], span[1]):

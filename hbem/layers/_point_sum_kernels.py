@@ -30,7 +30,7 @@ def add_single(x, y, f, tiny, out):
         out[2, t] += a * f2 + along * r2
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def single_layer_sums(span, targets, sources, strengths, tiny, out):
     """Single-layer velocities: strengths ``(n_sources, 3)``; see `add_single`.
 

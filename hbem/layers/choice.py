@@ -150,7 +150,8 @@ def bytes_of(method: str, tolerance: float, n_dofs: int, n_outer: int, n_source:
     """Memory of a compressed operator before it is built, near field left out.
 
     Measured on disc bags of 968 to 2592 elements (thinness 0.05, 0.01) and on points: H2 takes
-    1.2 kB a point at 1e-3, 1.9 at 1e-4 and, in double precision, 4.3 at 3.5e-5, at any size;
+    1.2 kB a point at 1e-3, 1.8 at 1e-4 and, in double precision, 4.1 at 3.5e-5, at any size, and
+    the near part 440 functions a function, 340 with two sets of points;
     ACA 4 to 7 kB an unknown, growing with the logarithm of the size.
 
     Parameters
@@ -169,6 +170,7 @@ def bytes_of(method: str, tolerance: float, n_dofs: int, n_outer: int, n_source:
     digits, single = -np.log10(tolerance), tolerance >= SINGLE[method]
     if method == "h2":
         points = n_outer if n_outer == n_source else n_outer + n_source
-        return float(points * (264.0 * digits**1.4 if single else 144.0 * digits**2.27))
+        near = n_dofs * (440.0 if n_outer == n_source else 340.0) * (28.0 if single else 52.0)
+        return float(points * (250.0 * digits**1.4 if single else 138.0 * digits**2.27) + near)
     blocks = np.log2(max(n_dofs / 200.0, 2.0))
     return float(3.0 * n_dofs * (1.0 if single else 2.0) * 700.0 * digits**0.6 * blocks)

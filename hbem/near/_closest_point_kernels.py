@@ -10,78 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..surfaces._jet_kernels import basis, jet
+
 MAX_STEPS = 20  # of the closest-point iteration
 SMALLEST = 1e-6  # relative distance below which the sinh rule is not graded further
 NEARER = 0.8  # the search ends when no point is nearer than this part of the distance found
 DEEPEST = 64  # halvings of one box: the stack holds one box of each
 SELF = -1.0  # marks the pair of a point with its own element
 OBLIQUE = 2.0  # largest factor on the nodes of a near rule
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def bernstein(degree, x, values, slopes):
-    """Bernstein polynomials and their derivatives at one point."""
-    y = 1.0 - x
-    values[0] = 1.0
-    slopes[0] = 0.0
-    for k in range(1, degree + 1):
-        if k == degree:
-            below = 0.0
-            for i in range(degree):
-                slopes[i] = degree * (below - values[i])
-                below = values[i]
-            slopes[degree] = degree * below
-        carry = 0.0
-        for i in range(k):
-            v = values[i]
-            values[i] = carry + y * v
-            carry = x * v
-        values[k] = carry
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def curvature_row(degree, x, values, bends):
-    """Second derivatives of the Bernstein polynomials; ``values`` is scratch."""
-    for i in range(degree + 1):
-        bends[i] = 0.0
-    if degree < 2:
-        return
-    bernstein(degree - 2, x, values, bends)
-    factor = degree * (degree - 1)
-    for i in range(degree + 1):
-        bends[i] = 0.0
-    for i in range(degree - 1):
-        v = factor * values[i]
-        bends[i] += v
-        bends[i + 1] -= 2.0 * v
-        bends[i + 2] += v
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def jet(control, s, t, scratch, out):
-    """Position and derivatives s, t, ss, st, tt at one point: ``out (6, 3)``."""
-    n = control.shape[0]
-    curvature_row(n - 1, s, scratch[0], scratch[2])
-    bernstein(n - 1, s, scratch[0], scratch[1])
-    curvature_row(n - 1, t, scratch[3], scratch[5])
-    bernstein(n - 1, t, scratch[3], scratch[4])
-    for c in range(3):
-        x, xs, xt, xss, xst, xtt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(n):
-            v, vt, vtt = 0.0, 0.0, 0.0
-            for j in range(n):
-                p = control[i, j, c]
-                v += p * scratch[3, j]
-                vt += p * scratch[4, j]
-                vtt += p * scratch[5, j]
-            x += v * scratch[0, i]
-            xs += v * scratch[1, i]
-            xss += v * scratch[2, i]
-            xt += vt * scratch[0, i]
-            xst += vt * scratch[1, i]
-            xtt += vtt * scratch[0, i]
-        out[0, c], out[1, c], out[2, c] = x, xs, xt
-        out[3, c], out[4, c], out[5, c] = xss, xst, xtt
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -113,13 +49,13 @@ def descent(s, t, box, r, out):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def closest(control, x, box, s, t, scratch, out, r):
+def closest(powers, control, x, box, s, t, scratch, out, r):
     """Closest point of a box of a patch to ``x`` by projected Newton from ``(s, t)``.
 
     Returns ``s, t``, the distance and whether the point is stationary; ``out`` holds the jet
     there. Ends when a step is below a twentieth of the distance: the near rule does not see more.
     """
-    jet(control, s, t, scratch, out)
+    jet(powers, control, s, t, scratch, out)
     for c in range(3):
         r[c] = out[0, c] - x[c]
     square, small = dot(r, r), False
@@ -134,7 +70,7 @@ def closest(control, x, box, s, t, scratch, out, r):
                 size += (out[1, c] * (s1 - s) + out[2, c] * (t1 - t)) ** 2
             if size <= 1e-4 * square:
                 return s1, t1, np.sqrt(square), True
-            jet(control, s1, t1, scratch, out)
+            jet(powers, control, s1, t1, scratch, out)
             for c in range(3):
                 r[c] = out[0, c] - x[c]
             new = dot(r, r)
@@ -143,7 +79,7 @@ def closest(control, x, box, s, t, scratch, out, r):
                 s, t, square, moved = s1, t1, new, True
                 break
             ds, dt = 0.5 * ds, 0.5 * dt
-            jet(control, s, t, scratch, out)
+            jet(powers, control, s, t, scratch, out)
         if not moved:
             for c in range(3):
                 r[c] = out[0, c] - x[c]
@@ -155,19 +91,35 @@ def closest(control, x, box, s, t, scratch, out, r):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def apart(control, x, s, t, scratch):
+def apart(powers, control, x, s, t, scratch):
     """Distance of one point of a patch from ``x``."""
-    n = control.shape[0]
-    bernstein(n - 1, s, scratch[0], scratch[1])
-    bernstein(n - 1, t, scratch[3], scratch[4])
+    n = len(powers)
+    basis(powers, s, 0, scratch)
+    basis(powers, t, 3 * n, scratch)
     square = 0.0
     for c in range(3):
-        v = -x[c]
+        y = 0.0
         for i in range(n):
+            v = 0.0
             for j in range(n):
-                v += control[i, j, c] * scratch[0, i] * scratch[3, j]
-        square += v * v
+                v += scratch[3 * n + j] * control[i, j, c]
+            y += scratch[i] * v
+        square += (y - x[c]) * (y - x[c])
     return np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def behind(net, x, r, limit):
+    """Whether a piece lies behind a plane: all of its ``(y - x) . r >= limit``.
+
+    Its control points ``net (n, 3)`` do if so, and it lies in their convex hull.
+    """
+    for i in range(net.shape[0]):
+        if (net[i, 0] - x[0]) * r[0] + (net[i, 1] - x[1]) * r[1] + (net[i, 2] - x[2]) * r[
+            2
+        ] < limit:
+            return False
+    return True
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -183,7 +135,8 @@ def covered(box, s, t, d, convexity, speeds):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def search(
-    control, x, box, speeds, convexity, smallest, s, t, d, stationary, scratch, out, r, stack
+    powers, control, x, box, speeds, convexity, smallest, s, t, d, stationary, scratch, out, r,
+    stack,
 ):  # fmt: skip
     """Closest point of a box up to the factor `NEARER` of the distance, from a first guess.
 
@@ -199,9 +152,9 @@ def search(
         a0, a1, c0, c1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         sc, tc = 0.5 * (a0 + a1), 0.5 * (c0 + c1)
         half1, half2 = 0.5 * speeds[0] * (a1 - a0), 0.5 * speeds[1] * (c1 - c0)
-        away = apart(control, x, sc, tc, scratch)
+        away = apart(powers, control, x, sc, tc, scratch)
         if away < NEARER * d:
-            s, t, d, stationary = closest(control, x, box, sc, tc, scratch, out, r)
+            s, t, d, stationary = closest(powers, control, x, box, sc, tc, scratch, out, r)
         if away - half1 - half2 >= NEARER * d or half1 + half2 <= smallest or top + 2 > DEEPEST:
             continue
         for k in range(4):
@@ -211,7 +164,7 @@ def search(
         else:
             stack[top, 3], stack[top + 1, 2] = tc, tc
         top += 2
-    jet(control, s, t, scratch, out)
+    jet(powers, control, s, t, scratch, out)
     return s, t, d
 
 
@@ -231,24 +184,23 @@ def obliqueness(out, box, floor):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def classify(
-    span, points, owners, indptr, pieces, elements, boxes, control, starts, st, owner_st, radii,
-    flat, convexity, speeds, found,
+    span, powers, points, owners, indptr, pieces, elements, boxes, control, nets, starts, st,
+    owner_st, radii, flat, convexity, speeds, found,
 ):  # fmt: skip
     """Closest points of candidate (point, piece) pairs.
 
     ``starts (n_pieces, n_q, 3)`` are points of each piece at ``st (2, n_q)`` of its box.
     ``owner_st (2, n_t)`` are the local coordinates of outer points on their own elements.
-    Stationary points nearer than ``flat (n_pieces,)`` are kept; all others are ensured by a search
-    with the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.surfaces.subdivision`.
+    Stationary points nearer than ``flat (n_pieces,)`` are kept, and points that no other undercuts
+    by the piece's control points ``nets (n_pieces, n, 3)``; the rest is ensured by a search with
+    the bounds ``speeds, convexity (n_pieces, 2)`` of `hbem.surfaces.subdivision`.
     ``found (n_pairs, 5)`` receives s, t and b1, b2 with ``b_i = d / |x_i|``, all in coordinates of
     the element, and the `obliqueness`; the piece on which the target lies receives `SELF` as b1
     and b2.
     """
+    scratch, out = np.empty(9 * len(powers)), np.empty((6, 3))
+    r, stack = np.empty(3), np.empty((DEEPEST, 4))
     for p in range(span[0], span[1]):
-        scratch = np.empty((6, control.shape[1] + 1))
-        out = np.empty((6, 3))
-        r = np.empty(3)
-        stack = np.empty((DEEPEST, 4))
         x = points[p]
         for k in range(indptr[p], indptr[p + 1]):
             piece = pieces[k]
@@ -271,11 +223,12 @@ def classify(
                     best, at = square, q
             s = box[0] + (box[1] - box[0]) * st[0, at]
             t = box[2] + (box[3] - box[2]) * st[1, at]
-            s, t, d, stationary = closest(control[e], x, box, s, t, scratch, out, r)
-            if not (stationary and d < flat[piece]):
+            s, t, d, stationary = closest(powers, control[e], x, box, s, t, scratch, out, r)
+            sure = (stationary and d < flat[piece]) or behind(nets[piece], x, r, NEARER * dot(r, r))
+            if not sure:
                 s, t, d = search(
-                    control[e], x, box, speeds[piece], convexity[piece], SMALLEST * radii[piece],
-                    s, t, d, stationary, scratch, out, r, stack,
+                    powers, control[e], x, box, speeds[piece], convexity[piece],
+                    SMALLEST * radii[piece], s, t, d, stationary, scratch, out, r, stack,
                 )  # fmt: skip
             found[k, 0], found[k, 1] = s, t
             found[k, 4] = obliqueness(out, box, 0.5 * radii[piece])

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ._closest_point_kernels import dot, jet
+from ..surfaces._jet_kernels import jet
+from ._closest_point_kernels import dot
 
 STEPS = 60  # of Newton, at most
 HALVINGS = 14  # of one step
@@ -17,10 +18,10 @@ SMALL = 1e-15  # relative decrease of the squared distance that ends the iterati
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def difference(first, second, z, scratch, x, y, r):
+def difference(powers, first, second, z, scratch, x, y, r):
     """Jets of both patches at ``z = (s, t, u, v)``, ``r = x - y``; returns ``|r|^2``."""
-    jet(first, z[0], z[1], scratch, x)
-    jet(second, z[2], z[3], scratch, y)
+    jet(powers, first, z[0], z[1], scratch, x)
+    jet(powers, second, z[2], z[3], scratch, y)
     for c in range(3):
         r[c] = x[0, c] - y[0, c]
     return dot(r, r)
@@ -82,11 +83,11 @@ def solve(lower, gradient, held, step):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def approach(first, second, z, scratch, x, y, r):
+def approach(powers, first, second, z, scratch, x, y, r):
     """Move ``z`` to the closest points of two patches near its start; returns the distance."""
     gradient, scale, step, trial = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     hessian, lower, held = np.empty((4, 4)), np.zeros((4, 4)), np.zeros(4, np.bool_)
-    square = difference(first, second, z, scratch, x, y, r)
+    square = difference(powers, first, second, z, scratch, x, y, r)
     for _ in range(STEPS):
         derivatives(x, y, r, gradient, hessian, scale)
         floor = 1e-12 * scale.max() + 1e-300
@@ -103,12 +104,12 @@ def approach(first, second, z, scratch, x, y, r):
         for _ in range(HALVINGS):
             for i in range(4):
                 trial[i] = min(1.0, max(0.0, z[i] + size * step[i]))
-            new = difference(first, second, trial, scratch, x, y, r)
+            new = difference(powers, first, second, trial, scratch, x, y, r)
             if new < square:
                 break
             size *= 0.5
         if not new < square:
-            difference(first, second, z, scratch, x, y, r)
+            difference(powers, first, second, z, scratch, x, y, r)
             break
         z[:] = trial
         done = square - new <= SMALL * square
@@ -119,17 +120,18 @@ def approach(first, second, z, scratch, x, y, r):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def approach_all(span, control, first, second, z, distance):
+def approach_all(span, powers, control, first, second, z, distance):
     """Closest points of pairs of elements from the starts ``z (n, 4)``, which are overwritten."""
+    scratch, r = np.empty(9 * len(powers)), np.empty(3)
+    x, y = np.empty((6, 3)), np.empty((6, 3))
     for k in range(span[0], span[1]):
-        scratch, r = np.empty((6, control.shape[1] + 1)), np.empty(3)
-        x, y = np.empty((6, 3)), np.empty((6, 3))
-        distance[k] = approach(control[first[k]], control[second[k]], z[k], scratch, x, y, r)
+        e, f = control[first[k]], control[second[k]]
+        distance[k] = approach(powers, e, f, z[k], scratch, x, y, r)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def jets(span, control, elements, st, out):
+def jets(span, powers, control, elements, st, out):
     """Position and derivatives s, t, ss, st, tt at points of elements, ``out (n, 6, 3)``."""
+    scratch = np.empty(9 * len(powers))
     for k in range(span[0], span[1]):
-        scratch = np.empty((6, control.shape[1] + 1))
-        jet(control[elements[k]], st[k, 0], st[k, 1], scratch, out[k])
+        jet(powers, control[elements[k]], st[k, 0], st[k, 1], scratch, out[k])

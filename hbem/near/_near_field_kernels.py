@@ -11,45 +11,65 @@ from numba import njit
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def gather_moments(pairs, slots, moments, factors, start, local):
-    """``local[slot] += w_t N_a(x_t) moments`` over the near pairs of one target element."""
-    for t in range(factors.size):
-        v = factors[t]
-        for k in range(pairs[start + t], pairs[start + t + 1]):
-            source, target = moments[k], local[slots[k]]
-            for c in range(source.size):
-                target[c] += v * source[c]
+def test_moments(
+    span, first, values, weights, table_indptr, extraction, pairs, elements, moments,
+    sources_indptr, sources, places, blocks,
+):  # fmt: skip
+    """Blocks of density functions of all pairs of elements, target elements ``first + span``.
 
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def scatter_functions(moments, tables, columns, place, data):
-    """Add one element's moments, as density functions, to the blocks of one row."""
-    nb = tables.shape[1]
-    for row in range(columns.size):
-        a0, a1, a2, a3, a4, a5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for b in range(nb):
-            v = tables[row, b]
-            a0 += v * moments[6 * b]
-            a1 += v * moments[6 * b + 1]
-            a2 += v * moments[6 * b + 2]
-            a3 += v * moments[6 * b + 3]
-            a4 += v * moments[6 * b + 4]
-            a5 += v * moments[6 * b + 5]
-        line = data[place[columns[row]]]
-        line[0] += a0
-        line[1] += a1
-        line[2] += a2
-        line[3] += a3
-        line[4] += a4
-        line[5] += a5
+    Parameters
+    ----------
+    values, weights : (n_table_rows, n_t), (n_elements, n_t) array
+        Density functions and weights at the outer points.
+    table_indptr, extraction :
+        Table rows of each element and their Bernstein coefficients.
+    pairs, elements, moments :
+        Index pointer by outer point counted from ``first``; source element of each pair, increasing
+        within a point; moments ``(n_pairs, 6 nb)``.
+    sources_indptr, sources :
+        Distinct source elements of each target element, counted from ``first``.
+    places, blocks :
+        Where the block of each pair of elements begins, ``(n_i n_j, 6)``; overwritten.
+    """
+    nt, width = weights.shape[1], moments.shape[1]
+    nb, largest, longest = width // 6, 0, 0
+    for e in range(table_indptr.size - 1):
+        largest = max(largest, table_indptr[e + 1] - table_indptr[e])
+    for e in range(span[0], span[1]):
+        longest = max(longest, pairs[(e + 1) * nt] - pairs[e * nt])
+    gathered, factors = np.empty(longest * width), np.empty(longest * largest)
+    sums, applied = np.empty(width * largest), np.empty(6 * largest * largest)
+    for e in range(span[0], span[1]):
+        r0, ni = table_indptr[first + e], table_indptr[first + e + 1] - table_indptr[first + e]
+        following = pairs[e * nt : (e + 1) * nt].copy()  # of each point, pairs by element
+        for at in range(sources_indptr[e], sources_indptr[e + 1]):
+            f, n = sources[at], 0
+            for t in range(nt):
+                while following[t] < pairs[e * nt + t + 1] and elements[following[t]] == f:
+                    for c in range(width):
+                        gathered[n * width + c] = moments[following[t], c]
+                    for i in range(ni):
+                        factors[n * ni + i] = values[r0 + i, t] * weights[first + e, t]
+                    n += 1
+                    following[t] += 1
+            source = gathered[: n * width].reshape(n, width)
+            tested = sums[: width * ni].reshape(width, ni)
+            np.dot(source.T, factors[: n * ni].reshape(n, ni), tested)
+            f0, nj = table_indptr[f], table_indptr[f + 1] - table_indptr[f]
+            block = applied[: 6 * ni * nj].reshape(nj, 6 * ni)
+            np.dot(extraction[f0 : f0 + nj], tested.reshape(nb, 6 * ni), block)
+            for j in range(nj):
+                for i in range(ni):
+                    for c in range(6):
+                        blocks[places[at] + i * nj + j, c] = block[j, c * ni + i]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def add_rows(
-    span, rows, owner_indptr, owners, first, last, values, weights, table_indptr, dofs, extraction,
-    pairs, slots, moments, sources_indptr, sources, indptr, indices, data,
+    span, rows, owner_indptr, owners, first, last, table_indptr, dofs, sources_indptr, sources,
+    places, blocks, indptr, indices, data,
 ):  # fmt: skip
-    """Add the near pairs of the target elements ``first:last`` to the rows that they touch.
+    """Add the `test_moments` blocks of target elements ``first:last`` to the rows they touch.
 
     Parameters
     ----------
@@ -57,44 +77,29 @@ def add_rows(
         Test functions with support on these elements.
     owner_indptr, owners :
         Table rows of each test function, as ``(element, table row)`` pairs ``(n, 2)``.
-    values, weights : (n_table_rows, n_t), (n_elements, n_t) array
-        Density functions and weights at the outer points.
-    pairs, slots, moments :
-        Index pointer by outer point counted from ``first``; position of each pair's source
-        element among ``sources`` of its target element; moments ``(n_pairs, 6 nb)``.
-    sources_indptr, sources :
-        Distinct source elements of each target element, counted from ``first``.
     indptr, indices, data :
         The near field in CSR; ``data (nnz, 6)`` is added to.
     """
-    nt = weights.shape[1]
-    n = indptr.size - 1
-    widest = 0
-    for e in range(last - first):
-        widest = max(widest, sources_indptr[e + 1] - sources_indptr[e])
-    for i in range(span[0], span[1]):
-        a = rows[i]
-        place = np.empty(n, np.int64)
+    place = np.empty(indptr.size - 1, np.int64)
+    for row in range(span[0], span[1]):
+        a = rows[row]
         for j in range(indptr[a], indptr[a + 1]):
             place[indices[j]] = j
-        local = np.empty((widest, moments.shape[1]))
-        factors = np.empty(nt)
         for o in range(owner_indptr[a], owner_indptr[a + 1]):
-            e, row = owners[o, 0], owners[o, 1]
+            e = owners[o, 0]
             if e < first or e >= last:
                 continue
-            local[:] = 0.0
-            for t in range(nt):
-                factors[t] = values[row, t] * weights[e, t]
-            gather_moments(pairs, slots, moments, factors, (e - first) * nt, local)
-            begin = sources_indptr[e - first]
-            for k in range(begin, sources_indptr[e - first + 1]):
-                f = sources[k]
-                r0, r1 = table_indptr[f], table_indptr[f + 1]
-                scatter_functions(local[k - begin], extraction[r0:r1], dofs[r0:r1], place, data)
+            i = owners[o, 1] - table_indptr[e]
+            for at in range(sources_indptr[e - first], sources_indptr[e - first + 1]):
+                f0, f1 = table_indptr[sources[at]], table_indptr[sources[at] + 1]
+                begin = places[at] + i * (f1 - f0)
+                for j in range(f1 - f0):
+                    at_row = place[dofs[f0 + j]]
+                    for c in range(6):
+                        data[at_row, c] += blocks[begin + j, c]
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def multiply(span, indptr, indices, data, x, y):
     """``y += A x`` for ``x (n_columns, 3, k)``, ``y (n_rows, 3, k)``."""
     for a in range(span[0], span[1]):

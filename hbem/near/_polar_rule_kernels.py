@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ._closest_point_kernels import jet
+from ..surfaces._jet_kernels import jet
 from ._patch_lane_kernels import LANES, exponentials, lane, node_table, row_polynomials
 from ._vector_kernels import add_points, point_values
 
@@ -19,9 +19,9 @@ RAY = 9  # numbers that describe a triangle: see `triangle`
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def metric(control, s, t, scratch, out):
+def metric(powers, control, s, t, scratch, out):
     """First fundamental form E, F, G at a point."""
-    jet(control, s, t, scratch, out)
+    jet(powers, control, s, t, scratch, out)
     e, f, g = 0.0, 0.0, 0.0
     for c in range(3):
         e += out[1, c] * out[1, c]

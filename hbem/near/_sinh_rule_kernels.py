@@ -52,9 +52,9 @@ def choose(span, found, boxes, elements, collapsed, plain, rule, split, largest,
         keys[k] = (counts[k, 0] * 128 + counts[k, 1]) * 2 + plain[k]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def sinh_part(n, centre, b, low, high, nodes, weights, x, v, w):
-    """n nodes on ``[low, high]`` at lane x, clustered about ``centre`` at the scale ``b``.
+@njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+def sinh_part(n, centre, b, low, high, nodes, weights, o, v, w):
+    """n nodes on ``[low, high]`` from place o on, clustered about ``centre`` at the scale ``b``.
 
     In the variable v of ``centre + b sinh(v)``; weights lack the factor ``2 cosh(v)``.
     """
@@ -63,25 +63,27 @@ def sinh_part(n, centre, b, low, high, nodes, weights, x, v, w):
     up, down = np.log(up + np.sqrt(1.0 + up * up)), np.log(down + np.sqrt(1.0 + down * down))
     length = up + down
     for k in range(n):
-        v[k * LANES + x] = length * nodes[n, k] - down
-        w[k * LANES + x] = b * length * weights[n, k]
+        v[o + k * LANES] = length * nodes[n, k] - down
+        w[o + k * LANES] = b * length * weights[n, k]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def sinh_line(total, centre, b, low, high, split, nodes, weights, x, where, v, w):
-    """All nodes of one direction of one pair, split at the centre or not; last a void one."""
-    b = max(b, SMALLEST * (high - low))
-    where[x], where[LANES + x] = centre, 0.5 * b
-    where[2 * LANES + x], where[3 * LANES + x] = low, high
-    v[total * LANES + x], w[total * LANES + x] = 0.0, 0.0
-    left, right = sides(centre, low, high, split)
-    n = total // (left + right)
-    if left == 1:
-        sinh_part(n, centre, b, low, centre, nodes, weights, x, v, w)
-        v, w = v[n * LANES :], w[n * LANES :]
-        low = centre
-    if right == 1:
-        sinh_part(n, centre, b, low, high, nodes, weights, x, v, w)
+def sinh_line(total, where, split, nodes, weights, v, w):
+    """All nodes of one direction of every lane, split at the centre or not; last a void one.
+
+    ``where (4, LANES)``: closest point, half the scale, beginning and end of the piece.
+    """
+    for x in range(LANES):
+        centre, b = where[x], 2.0 * where[LANES + x]
+        low, high = where[2 * LANES + x], where[3 * LANES + x]
+        v[total * LANES + x], w[total * LANES + x] = 0.0, 0.0
+        left, right = sides(centre, low, high, split)
+        n = total // (left + right)
+        if left == 1:
+            sinh_part(n, centre, b, low, centre, nodes, weights, x, v, w)
+            low = centre
+        if right == 1:
+            sinh_part(n, centre, b, low, high, nodes, weights, left * n * LANES + x, v, w)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -92,10 +94,12 @@ def sinh_tables(form, n, where, v, w, growth, tables):
     for k in range(n):
         u, factor, grown = lane(v, k), lane(w, k), lane(growth, k)
         for x in range(LANES):
-            e = grown[x]
-            u[x] = where[x] + where[LANES + x] * (e - 1.0 / e)
-            u[x] = min(where[3 * LANES + x], max(where[2 * LANES + x], u[x]))
-            factor[x] *= e + 1.0 / e
+            e, low, high = grown[x], where[2 * LANES + x], where[3 * LANES + x]
+            inverse = 1.0 / e
+            at = where[x] + where[LANES + x] * (e - inverse)
+            at = at if at > low else low
+            u[x] = at if at < high else high
+            factor[x] *= e + inverse
         node_table(form, u, factor, tables[k * size : (k + 1) * size])
 
 
@@ -127,7 +131,7 @@ def tensor_pass(form, n1, n2, shape, s, t, tiny, row, sums, moments):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def near_moments(
-    span, form, points, point_of, elements, found, boxes, counts, plain, ordered, starts, shapes,
+    span, form, points, point_of, elements, found, boxes, counts, plain, ordered, starts, patches,
     control, collapsed, split, polar, plain_order, nodes, weights, tiny, moments,
 ):  # fmt: skip
     """Moments ``(n_pairs, (degree + 1)**2, 6)`` of near pairs, by a span of the groups.
@@ -145,20 +149,20 @@ def near_moments(
         Nodes per direction; whether to subtract the plain rule.
     ordered, starts :
         Pairs ordered by equal rules, and the beginning of each group of up to `LANES`.
-    shapes : (n_elements, 3 * (g + 1)**2) array
-        Patches in powers of ``2 s - 1`` and ``2 t - 1``.
+    patches : (n_elements, 3, g + 1, g + 1) array
+        In powers of ``2 s - 1`` and ``2 t - 1``.
     polar : (int, int)
         Radial and angular order; doubled on elements with a collapsed edge.
     """
     m, g = len(form[1]), len(form[0]) - 1
     longest = 2 * nodes.shape[0] * LANES
-    shape, where = np.empty(shapes.shape[1] * LANES), np.empty(8 * LANES)
-    v, w, growth = np.empty(2 * longest), np.empty(2 * longest), np.empty(longest)
-    s, t, ones = np.empty((m + 1) * longest), np.empty((m + 1) * longest), np.empty(LANES)
+    shape, where = np.empty(3 * (g + 1) * (g + 1) * LANES), np.empty(8 * LANES)
+    v, w, growth = np.empty(longest), np.empty(longest), np.empty(longest)
+    s, t = np.empty((m + 1) * longest), np.empty((m + 1) * longest)
     row, values = np.empty(6 * (g + 1) * LANES), np.empty(12 * LANES)
     sums, total = np.empty(6 * m * LANES), np.empty(6 * m * m * LANES)
     origin, rays, ray = np.empty(2 * LANES), np.empty(4 * RAY * LANES), np.empty(3 * LANES)
-    spot, scratch, out = np.empty(4 * LANES), np.empty((6, max(g + 1, m) + 1)), np.empty((6, 3))
+    spot, scratch, out = np.empty(4 * LANES), np.empty(9 * (g + 1)), np.empty((6, 3))
     for group in range(span[0], span[1]):
         begin, end = starts[group], starts[group + 1]
         first = ordered[begin]
@@ -167,25 +171,23 @@ def near_moments(
         for x in range(LANES):
             k = ordered[min(begin + x, end - 1)]
             e, box = elements[k], boxes[k]
-            coefficients = shapes[e]
-            for c in range(coefficients.size):
-                shape[c * LANES + x] = coefficients[c]
             for c in range(3):
+                for i in range(g + 1):
+                    for j in range(g + 1):
+                        shape[((c * (g + 1) + i) * (g + 1) + j) * LANES + x] = patches[e, c, i, j]
                 shape[c * (g + 1) * (g + 1) * LANES + x] -= points[point_of[k], c]
             s0, t0 = found[k, 0], found[k, 1]
             if own:
                 origin[x], origin[LANES + x] = s0, t0
-                metric_at = metric(control[e], s0, t0, scratch, out)
+                metric_at = metric(form[0], control[e], s0, t0, scratch, out)
                 for i in range(4):
                     part = rays[i * RAY * LANES : (i + 1) * RAY * LANES]
                     triangle(s0, t0, box, EDGES[i], metric_at, x, part)
             else:
-                b1, b2 = found[k, 2], found[k, 3]
-                sinh_line(n1, s0, b1, box[0], box[1], split, nodes, weights, x, where, v, w)
-                sinh_line(
-                    n2, t0, b2, box[2], box[3], split, nodes, weights, x, where[4 * LANES :],
-                    v[longest:], w[longest:],
-                )  # fmt: skip
+                for i in range(2):
+                    low, high, o = box[2 * i], box[2 * i + 1], 4 * i * LANES + x
+                    where[o], where[2 * LANES + o], where[3 * LANES + o] = found[k, i], low, high
+                    where[LANES + o] = 0.5 * max(found[k, 2 + i], SMALLEST * (high - low))
         clear(total)
         if own:
             double = 2 if collapsed[elements[first]] else 1
@@ -196,12 +198,14 @@ def near_moments(
                     spot, s, t, row, values, total,
                 )  # fmt: skip
         else:
+            sinh_line(n1, where, split, nodes, weights, v, w)
             sinh_tables(form, n1 + 1, where, v, w, growth, s)
-            sinh_tables(form, n2, where[4 * LANES :], v[longest:], w[longest:], growth, t)
+            sinh_line(n2, where[4 * LANES :], split, nodes, weights, v, w)
+            sinh_tables(form, n2, where[4 * LANES :], v, w, growth, t)
             tensor_pass(form, n1, n2, shape, s, t, tiny, row, sums, total)
         if plain[first] == 1:
-            plain_tables(form, plain_order, -1.0, nodes, weights, v, ones, s)
-            plain_tables(form, plain_order, 1.0, nodes, weights, v, ones, t)
+            plain_tables(form, plain_order, -1.0, nodes, weights, v, w, s)
+            plain_tables(form, plain_order, 1.0, nodes, weights, v, w, t)
             tensor_pass(form, plain_order, plain_order, shape, s, t, tiny, row, sums, total)
         for x in range(end - begin):
             line = moments[ordered[begin + x]]

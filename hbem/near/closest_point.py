@@ -119,6 +119,7 @@ def near_pairs(
     over(
         x.shape[0],
         kernels.classify,
+        surface.shapes.powers,
         x,
         owners,
         np.searchsorted(point_of, np.arange(x.shape[0] + 1)),
@@ -126,6 +127,7 @@ def near_pairs(
         pieces.elements,
         pieces.boxes,
         surface.control,
+        pieces.nets,
         surface.search_points,
         np.stack([surface.outer.s, surface.outer.t]),
         np.stack([surface.outer.s, surface.outer.t]),

@@ -107,14 +107,14 @@ def _common_point(
     st = np.stack([surface.outer.s, surface.outer.t], axis=1)
     local = np.concatenate([st[i[order] % per], st[j[order] % per]], axis=1)
     gap = np.empty(e.size)
-    over(e.size, kernels.approach_all, surface.control, e, f, local, gap)
+    patches = surface.shapes.powers, surface.control
+    over(e.size, kernels.approach_all, *patches, e, f, local, gap)
     k = int(np.argmin(gap))
     if gap[k] > TOUCH * max(surface.radii[e[k]], surface.radii[f[k]]):
         return None
     jets = np.empty((1, 6, 3))
-    kernels.jets(
-        (0, 1), surface.control, e[k : k + 1], np.ascontiguousarray(local[k : k + 1, :2]), jets
-    )
+    st = np.ascontiguousarray(local[k : k + 1, :2])
+    kernels.jets((0, 1), *patches, e[k : k + 1], st, jets)
     return jets[0, 0]
 
 

@@ -102,7 +102,8 @@ class _Pairs:
     ) -> _Pairs:
         """Move the starts ``(n, 4)`` to closest points; the starts themselves count too."""
         local, distance = start.copy(), np.empty(first.size)
-        over(first.size, kernels.approach_all, surface.control, first, second, local, distance)
+        patches = surface.shapes.powers, surface.control
+        over(first.size, kernels.approach_all, *patches, first, second, local, distance)
         elements = np.tile(np.stack([first, second], axis=1), (2, 1))
         local = np.concatenate([local, start]).reshape(-1, 2, 2)
         segment = np.subtract(*(_jets(surface, elements[:, i], local[:, i])[:, 0] for i in (1, 0)))
@@ -147,7 +148,7 @@ class _Pairs:
 def _jets(surface: SampledSurface, elements: np.ndarray, local: np.ndarray) -> np.ndarray:
     out = np.empty((elements.size, 6, 3))
     arrays = np.ascontiguousarray(elements), np.ascontiguousarray(local)
-    over(out.shape[0], kernels.jets, surface.control, *arrays, out)
+    over(out.shape[0], kernels.jets, surface.shapes.powers, surface.control, *arrays, out)
     return out
 
 

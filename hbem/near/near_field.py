@@ -22,6 +22,7 @@ from .closest_point import NearPairs, outer_pairs
 from .near_rules import near_moments
 
 CHUNK_BYTES = 16e6  # moments held at a time: fresh memory costs more than shorter chunks
+BLOCK_BYTES = 2e6  # blocks of pairs of elements held at a time: they stay in the cache
 FULL = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # six components to a 3x3 block
 
 
@@ -66,16 +67,25 @@ class NearField:
 
     def transposed(self) -> NearField:
         """The same with test and density functions exchanged."""
-        numbers, shape = np.arange(self.indices.size), (self.n_dofs, self.n_dofs)
-        places = csr_matrix((numbers, self.indices, self.indptr), shape)
-        turned = places.T.tocsr()
-        indptr, indices = turned.indptr.astype(np.int64), turned.indices.astype(np.int64)
-        return NearField(indptr, indices, self.data[turned.data], self.n_pairs)
+        place = np.arange(self.indices.size)
+        turned = csr_matrix((place, self.indices, self.indptr), (self.n_dofs,) * 2).T.tocsr()
+        return NearField(turned.indptr, turned.indices, self.data[turned.data], self.n_pairs)
 
     def matrix(self) -> bsr_matrix:
         """The same as scipy matrix ``(3 n_dofs, 3 n_dofs)`` of 3x3 blocks, a copy."""
         blocks = self.data[:, FULL].reshape(-1, 3, 3)
         return bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n_dofs,) * 2)
+
+    def components(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Dense part ``(len(rows), len(columns), 6)`` for some test and density functions."""
+        position = np.full(self.n_dofs, -1)
+        position[columns] = np.arange(columns.size)
+        out = np.zeros((rows.size, columns.size, 6))
+        for i, a in enumerate(rows):
+            line = slice(self.indptr[a], self.indptr[a + 1])
+            at = position[self.indices[line]]
+            out[i, at[at >= 0]] = self.data[line][at >= 0]
+        return out
 
 
 def near_field(surface: SampledSurface, orders: QuadratureOrders) -> NearField:
@@ -110,33 +120,27 @@ def assemble(
     extraction = np.ascontiguousarray(patches.extraction, dtype=float)
     values = table_values(surface, surface.outer)
     weights = surface.outer.weights.reshape(-1, nt)
-    for first, last in _chunks(pairs, nt, extraction.shape[1]):
+    sizes = np.diff(table_indptr)
+    near_rows = np.append(0, np.cumsum(sizes[touching.indices]))[touching.indptr]
+    shares = 48.0 * np.cumsum(sizes * np.diff(near_rows))
+    for first, last in _chunks(pairs.indptr[nt::nt] * (48.0 * extraction.shape[1]), CHUNK_BYTES):
         part = pairs.part(slice(first * nt, last * nt))
-        sources_indptr = touching.indptr[first : last + 1] - touching.indptr[first]
-        sources = touching.indices[touching.indptr[first] : touching.indptr[last]]
-        rows = np.unique(dofs[table_indptr[first] : table_indptr[last]])
-        over(
-            rows.size,
-            kernels.add_rows,
-            rows,
-            owner_indptr,
-            owners,
-            first,
-            last,
-            values,
-            weights,
-            table_indptr,
-            dofs,
-            extraction,
-            part.indptr,
-            _slots(part, sources_indptr, sources, nt, patches.n_elements),
-            moments(part).reshape(part.n_pairs, -1),
-            sources_indptr,
-            sources,
-            indptr,
-            indices,
-            data,
-        )
+        found = moments(part).reshape(part.n_pairs, -1)
+        for low, high in _chunks(shares[first:last], BLOCK_BYTES, first):
+            sources_indptr = touching.indptr[low : high + 1] - touching.indptr[low]
+            sources = touching.indices[touching.indptr[low] : touching.indptr[high]]
+            ends = np.cumsum(np.repeat(sizes[low:high], np.diff(sources_indptr)) * sizes[sources])
+            places, blocks = np.append(0, ends), np.empty((ends[-1], 6))
+            over(
+                high - low, kernels.test_moments, low, values, weights, table_indptr, extraction,
+                part.indptr[(low - first) * nt :], part.elements, found, sources_indptr, sources,
+                places, blocks,
+            )  # fmt: skip
+            rows = np.unique(dofs[table_indptr[low] : table_indptr[high]])
+            over(
+                rows.size, kernels.add_rows, rows, owner_indptr, owners, low, high, table_indptr,
+                dofs, sources_indptr, sources, places, blocks, indptr, indices, data,
+            )  # fmt: skip
     return NearField(indptr, indices, data, pairs.n_pairs)
 
 
@@ -146,12 +150,11 @@ def table_values(surface: SampledSurface, points: PointSet) -> np.ndarray:
     return patches.extraction @ tensor_bernstein(patches.density_degree, points.s, points.t).T
 
 
-def _chunks(pairs: NearPairs, nt: int, functions: int) -> list[tuple[int, int]]:
-    """Ranges of target elements whose moments fit in `CHUNK_BYTES`."""
-    ends = pairs.indptr[::nt] * (48 * functions)
-    part = np.floor_divide(ends[1:], int(CHUNK_BYTES))
-    starts = np.flatnonzero(np.diff(part, prepend=-1))
-    return list(zip(starts, [*starts[1:], part.size], strict=True))
+def _chunks(ends: np.ndarray, size: float, first: int = 0) -> list[tuple[int, int]]:
+    """Ranges of elements, from ``first``, of about ``size`` bytes each; ``ends`` adds them up."""
+    part = np.floor_divide(ends, size)
+    starts = first + np.flatnonzero(np.diff(part, prepend=-1))
+    return list(zip(starts, [*starts[1:], first + part.size], strict=True))
 
 
 def _element_pairs(surface: SampledSurface, pairs: NearPairs) -> csr_matrix:
@@ -181,12 +184,3 @@ def _owners(surface: SampledSurface) -> tuple[np.ndarray, np.ndarray]:
     element = np.repeat(np.arange(p.n_elements), np.diff(p.indptr))
     indptr = np.searchsorted(p.dofs[rows], np.arange(p.n_dofs + 1))
     return indptr, np.ascontiguousarray(np.stack([element[rows], rows], axis=1))
-
-
-def _slots(
-    part: NearPairs, sources_indptr: np.ndarray, sources: np.ndarray, nt: int, n: int
-) -> np.ndarray:
-    """Position of each pair's source element among those of its target element."""
-    target = np.repeat(np.arange(sources_indptr.size - 1), np.diff(part.indptr[::nt]))
-    owner = np.repeat(np.arange(sources_indptr.size - 1), np.diff(sources_indptr))
-    return np.searchsorted(owner * n + sources, target * n + part.elements) - sources_indptr[target]

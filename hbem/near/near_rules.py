@@ -99,7 +99,7 @@ def _moments(
     layer: Layer,
 ) -> np.ndarray:
     """Moments of some pairs by one contraction; the rule is left out where `only_plain`."""
-    q, g = surface.patches.density_degree, surface.patches.geometry_degree
+    q = surface.patches.density_degree
     nodes, weights = gauss_tables()
     elements, boxes = pairs.elements[k], pairs.boxes[k]
     n = elements.size
@@ -114,13 +114,13 @@ def _moments(
     keys[only_plain] = plain[only_plain]
     ordered = np.argsort(keys, kind="stable")
     groups = _groups(keys[ordered])
-    form = (0.0,) * (g + 1), (0.0,) * (q + 1), (0.0,) * int(layer)
+    form = shapes.powers, (0.0,) * (q + 1), (0.0,) * int(layer)
     over(
         groups.size - 1, kernels.near_moments, form,
         pairs.points, point_of, elements, closest.rows, boxes, counts, plain, ordered, groups,
-        shapes.power_coefficients, shapes.control, surface.collapsed,
-        split, (orders.radial, orders.angular), orders.source,
-        nodes, weights, coincident_distance_squared(surface), moments,
+        shapes.power_coefficients, shapes.control, surface.collapsed, split,
+        (orders.radial, orders.angular), orders.source, nodes, weights,
+        coincident_distance_squared(surface), moments,
     )  # fmt: skip
     return moments
 

@@ -89,6 +89,10 @@ class DenseSaddle:
         """The density alone, ``(3 n,)`` or ``(3 n, k)``: the residual would double the cost."""
         return lu_solve(self._factors, self.system.extend(rhs), check_finite=False)[: self.system.n]
 
+    def approximate(self, v: np.ndarray) -> np.ndarray:
+        """The scaled system's inverse on ``(size,)``: what `IterativeSaddle` has roughly."""
+        return lu_solve(self._factors, v, check_finite=False)
+
     def correction(
         self, residual: np.ndarray, density: np.ndarray, tolerance: float
     ) -> SaddleSolution:
@@ -135,6 +139,10 @@ class IterativeSaddle:
     @cached_property
     def _precondition(self) -> Preconditioner:
         return self.preconditioner(self.system)
+
+    def approximate(self, v: np.ndarray) -> np.ndarray:
+        """The preconditioner, a rough inverse of the scaled system, on ``(size,)``."""
+        return self._precondition(v)
 
     def prepare(self) -> None:
         """Build the preconditioner, which the first solve does otherwise."""

@@ -201,23 +201,31 @@ def two_level_schwarz(
     layer = system.operator
     if not isinstance(layer, SingleLayer):
         raise TypeError(f"two-level Schwarz needs a SingleLayer, got {type(layer).__name__}")
-    functions = Functions.of(layer.surface)
-    clusters = bisect(functions.positions, options.own)
-    around = subdomains_around(functions, clusters, options.overlap)
     start = time.perf_counter()
-    inverses = layer.blocks(around, lambda k, block: _own_rows(block, 3 * clusters[k].size))
+    own, around, inverses = local_inverses(layer, options)
     middle = time.perf_counter()
-    size = options.coarse_size(functions.sizes.size)
-    wide = clusters if size == options.own else bisect(functions.positions, size)
+    functions = Functions.of(layer.surface)
+    wide = bisect(functions.positions, options.coarse_size(functions.sizes.size))
     coarse = coarse_space(functions, wide)
     return TwoLevelSchwarz(
-        [vector_dofs(c) for c in clusters],
-        [vector_dofs(p) for p in around],
+        own,
+        around,
         inverses,
         coarse.densities,
         *_coarse_level(layer, system.columns, coarse),
         {"subdomains": middle - start, "coarse": time.perf_counter() - middle},
     )
+
+
+def local_inverses(
+    layer: SingleLayer, options: SchwarzOptions
+) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+    """Vector dofs of clusters and of the subdomains around them, rows of their inverses."""
+    functions = Functions.of(layer.surface)
+    clusters = bisect(functions.positions, options.own)
+    around = subdomains_around(functions, clusters, options.overlap)
+    inverses = layer.blocks(around, lambda k, block: _own_rows(block, 3 * clusters[k].size))
+    return [vector_dofs(c) for c in clusters], [vector_dofs(p) for p in around], inverses
 
 
 def _own_rows(block: np.ndarray, n_own: int) -> np.ndarray:

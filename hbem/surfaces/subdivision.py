@@ -42,6 +42,8 @@ class ElementPieces:
         points.
     speeds : (n_pieces, 2) array
         Bounds of ``|x_s|`` and ``|x_t|``.
+    nets : (n_pieces, (g + 1)**2, 3) array
+        Bezier control points of the pieces themselves.
     """
 
     indptr: np.ndarray
@@ -52,6 +54,7 @@ class ElementPieces:
     convexity: np.ndarray
     flat: np.ndarray
     speeds: np.ndarray
+    nets: np.ndarray
 
     @property
     def n(self) -> int:
@@ -73,9 +76,9 @@ def divide(control: np.ndarray) -> ElementPieces:
     elements, boxes = elements[ordered], boxes[ordered]
     centres, radii = balls(control[elements], boxes)
     indptr = np.searchsorted(elements, np.arange(control.shape[0] + 1))
-    convexity, speeds = bounds(control[elements], boxes)
+    convexity, speeds, nets = bounds(control[elements], boxes)
     flat = _flatness(control[elements], boxes)
-    return ElementPieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds)
+    return ElementPieces(indptr, elements, boxes, centres, radii, convexity, flat, speeds, nets)
 
 
 def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -87,8 +90,8 @@ def balls(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return centres, np.linalg.norm(y - centres[:, None], axis=2).max(axis=1)
 
 
-def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Convexity and speeds of boxes from Bernstein coefficients, rigorous: see `ElementPieces`."""
+def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Convexity, speeds and nets of boxes, rigorous: see `ElementPieces`."""
     degree, n = control.shape[1] - 1, boxes.shape[0]
     net = _coefficients(_grid(control, boxes, _chebyshev(degree))[0].reshape(n, -1, 3))
     first = [degree * np.diff(net, axis=k) for k in (1, 2)]
@@ -116,7 +119,7 @@ def bounds(control: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarr
     s, t = np.maximum(lengths, 1e-300).T
     bend = np.maximum(ss / (s * s), tt / (t * t)) + st / (s * t)
     convexity = np.stack([mu / np.maximum(bend, 1e-300), np.sqrt(1.0 + mixed)], axis=1)
-    return convexity, lengths / widths
+    return convexity, lengths / widths, np.ascontiguousarray(net.reshape(n, -1, 3))
 
 
 def _flatness(control: np.ndarray, boxes: np.ndarray) -> np.ndarray:

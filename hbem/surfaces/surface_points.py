@@ -68,11 +68,16 @@ class PatchShapes:
 
     @cached_property
     def power_coefficients(self) -> np.ndarray:
-        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3 (degree + 1)**2)``."""
+        """Patches in powers of ``2 s - 1``, ``2 t - 1``: ``(n_elements, 3, degree + 1, ..)``."""
         degree = self.control.shape[1] - 1
         power = centred_powers(degree)
         shapes = np.einsum("ki,eijc,lj->eckl", power, self.control, power, optimize=True)
-        return np.ascontiguousarray(shapes.reshape(self.control.shape[0], -1))
+        return np.ascontiguousarray(shapes)
+
+    @property
+    def powers(self) -> tuple[float, ...]:
+        """As many entries as there are powers: a length that compiled code knows beforehand."""
+        return (0.0,) * self.control.shape[1]
 
 
 @dataclass(frozen=True)

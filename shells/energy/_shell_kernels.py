@@ -3,6 +3,7 @@
 Jets (m, r, 3) of m points are t0, t1, h00, h11, h01 (r = 5; r = 2 without bending), for the volume
 x, t0, t1. First derivatives are added to S (m, r, 3), second ones to H (m, r, 6, r): the pairs
 (i, j) of their components with i <= j in the order of `PAIRS`; `JetSums` sums both over functions.
+Scratch (`WORK`) comes from outside: without allocations there are no reference counts to keep.
 Notation of `kirchhoff_love`: z = t0 x t1, J = |z|, nu = z / J; Voigt order [00, 11, 2*01].
 """
 
@@ -12,6 +13,7 @@ from numba import njit
 from ._membrane_kernels import TAUT, relax, relaxed_energy, state_of
 
 PAIRS = np.array([[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]])
+WORK = (14, 3, 3)
 TWICE = np.array([1.0, 1.0, 2.0])
 
 
@@ -27,7 +29,7 @@ def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def _stretch(g, metric, e):
     """Membrane strain (Voigt)."""
     e[0] = 0.5 * (_dot(g[0], g[0]) - metric[0])
@@ -35,7 +37,7 @@ def _stretch(g, metric, e):
     e[2] = _dot(g[0], g[1]) - metric[2]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
 def _bend(g, curvature, nu, k):
     """Bending strain (Voigt) and normal; returns J."""
     _cross(g[0], g[1], nu)
@@ -47,14 +49,14 @@ def _bend(g, curvature, nu, k):
     return J
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def energy(g, weights, metric, curvature, stiffness, share, out):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
+def energy(g, weights, metric, curvature, stiffness, share, out, work):
     """Membrane and bending energy of each point into out (m, 2).
 
     weights (2, m) are those of membrane and bending energy, the latter with the rigidity; a share
     k < 1 of compression asks for the tension field ``(1 - k) W_r + k W``.
     """
-    e, k, nu = np.empty(3), np.empty(3), np.empty(3)
+    e, k, nu = work[0, 0], work[0, 1], work[0, 2]
     for p in range(g.shape[0]):
         C, wm, wb = stiffness[p], 0.5 * weights[0, p], 0.5 * weights[1, p]
         membrane = bending = 0.0
@@ -74,11 +76,11 @@ def energy(g, weights, metric, curvature, stiffness, share, out):
         out[p, 0], out[p, 1] = membrane, bending
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def membrane(g, weights, metric, stiffness, share, tangent, S, H):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
+def membrane(g, weights, metric, stiffness, share, tangent, S, H, work):
     """Derivatives of the membrane energy; weights (m,) and share are those of `energy`."""
-    e, n, moduli = np.empty(3), np.empty(3), np.empty((3, 3))
-    b, db = np.zeros((3, 2, 3)), np.empty((3, 2, 3))  # strains' derivatives by t0 and t1; D b
+    e, n, moduli = work[0, 0], work[0, 1], work[1]
+    b, db = work[2:5, :2], work[5:8, :2]  # strains' derivatives by t0 and t1; D b
     for p in range(g.shape[0]):
         w, C = weights[p], stiffness[p]
         if w == 0.0:
@@ -103,6 +105,7 @@ def membrane(g, weights, metric, stiffness, share, tangent, S, H):
         for i in range(3):
             b[0, 0, i] = b[2, 1, i] = t0[i]
             b[1, 1, i] = b[2, 0, i] = t1[i]
+            b[0, 1, i] = b[1, 0, i] = 0.0
         for c in range(3):
             for d in range(2):
                 for i in range(3):
@@ -119,13 +122,14 @@ def membrane(g, weights, metric, stiffness, share, tangent, S, H):
                     H[p, d, s, f] += value
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def bending(g, weights, curvature, stiffness, tangent, S, H):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
+def bending(g, weights, curvature, stiffness, tangent, S, H, work):
     """Derivatives of the bending energy; weights (m,) carry the rigidity."""
-    k, m, nu, h, t = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    axis, force = np.zeros(3), np.empty((2, 3))
-    dz, along, dnu = np.empty((2, 3, 3)), np.empty((2, 3)), np.empty((2, 3, 3))
-    b, db = np.empty((3, 2, 3)), np.empty((3, 2, 3))
+    k, m, nu = work[0, 0], work[0, 1], work[0, 2]
+    h, t, axis = work[1, 0], work[1, 1], work[1, 2]
+    force, along, dz, dnu = work[2, :2], work[3, :2], work[4:6], work[6:8]
+    b, db = work[8:11, :2], work[11:14, :2]
+    axis[:] = 0.0
     for p in range(g.shape[0]):
         w, C, x = weights[p], stiffness[p], g[p]
         if w == 0.0:
@@ -183,13 +187,13 @@ def bending(g, weights, curvature, stiffness, tangent, S, H):
                     H[p, 2 + c, s, 2 + f] += TWICE[c] * C[c, f] * TWICE[f] * both
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def volume(g, thirds, order, Q, S, H):
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # type: ignore[call-overload]
+def volume(g, thirds, order, Q, S, H, work):
     """Enclosed volume [T 2.27] of each point into Q (m,), with its derivatives [T 2.30].
 
     thirds (m,) are a third of the parametric weights; order 0 fills Q, 1 also S, 2 also H.
     """
-    z = np.empty(3)
+    z = work[0, 0]
     for p in range(g.shape[0]):
         w, x = thirds[p], g[p]
         _cross(x[1], x[2], z)

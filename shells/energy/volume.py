@@ -56,7 +56,8 @@ class EnclosedVolume(Enclosure):
         data = self._blocks.zeros() if order > 1 else np.empty(0)
         for part in blocks(len(thirds)):
             S, H = sums.zeros(part, order > 1)
-            kernels.volume(sums.jets(c, part), thirds[part].ravel(), order, Q[part].ravel(), S, H)
+            g, weights = sums.jets(c, part), thirds[part].ravel()
+            kernels.volume(g, weights, order, Q[part].ravel(), S, H, np.empty(kernels.WORK))
             if order > 0:
                 R[part] = sums.force(S, part)
             if order > 1:

@@ -35,7 +35,8 @@ def step(
     linear = -(s.M_free @ s.reduce(state.velocity)) / dt
     if load is not None:
         linear -= s.E.T @ load.ravel()
-    operator, frozen = s.M_free / dt**2, None
+    operator = s.M_free / dt**2
+    frozen: FrozenDamping | None = FrozenDamping()
     if isinstance(damping, LinearOperator) and not hasattr(damping, "dense"):
 
         def action(q: np.ndarray) -> np.ndarray:
@@ -44,7 +45,7 @@ def step(
         frozen = FrozenDamping(action)
     elif damping is not None:
         C = damping.dense() if hasattr(damping, "dense") else damping
-        operator = operator.toarray() + (s.E.T @ (s.E.T @ C.T).T) / dt
+        operator, frozen = operator.toarray() + (s.E.T @ (s.E.T @ C.T).T) / dt, None
     contact = None if s.contact is None else s.contact.at(state.t + dt)
     balance = Balance(
         s, state.coefficients, volume, linear, operator, damping=frozen, contact=contact

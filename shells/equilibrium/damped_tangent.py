@@ -17,7 +17,7 @@ import numpy as np
 from .newton import LinearSolver, Matrix, Solve
 
 KNOWN = 12  # newest pairs kept from one system to the next: each costs a back-solve there
-FEW = 8  # iterations with an old factor; beyond, a new one is cheaper
+FEW, FEW_FREE = 8, 20  # iterations with an old factor, with D and without
 SPANNED, RANK = 1e-13, 1e-9  # distance from a span that unit vectors lie in; what spans nothing
 ACROSS = 1e-3  # flux of vectors against that of the stiffest, from which on they are a step
 LOOSE, TIGHT = 1e-3, 1e-6  # tolerances of the first system and of those near Newton's solution
@@ -29,21 +29,23 @@ class FrozenDamping:
 
     Parameters
     ----------
-    apply : callable
-        D on free coordinates ``(n,)``.
+    apply : callable, optional
+        D on free coordinates ``(n,)``; default none, so that iterations cost back-solves only.
     solve : callable, optional
         Solves with the K of some earlier iterate.
     size : float
         Norm of the last residual.
     """
 
-    apply: Solve
+    apply: Solve | None = None
     solve: Solve | None = None
     size: float = 0.0
     _pairs: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
         """D v, combined from what is known where that spans v."""
+        if self.apply is None:
+            return np.zeros_like(v)
         x, images = self.known(v.size)
         c = np.linalg.lstsq(x, v, rcond=None)[0]
         spanned = np.linalg.norm(v - x @ c) <= SPANNED * np.linalg.norm(v)
@@ -51,7 +53,7 @@ class FrozenDamping:
 
     def extend(self, v: np.ndarray) -> np.ndarray:
         """D v, kept for the unit vector."""
-        image = self.apply(v)
+        image = np.zeros_like(v) if self.apply is None else self.apply(v)
         size = float(np.linalg.norm(v))
         if size > 0.0:
             self._pairs.append((v / size, image / size))
@@ -76,7 +78,12 @@ class FrozenDamping:
         """
         size = float(np.linalg.norm(residual))
         gain, self.size = size / self.size if self.size > 0.0 else 1.0, size
-        return float(np.clip(gain * gain, TIGHT, LOOSE))
+        return TIGHT if self.apply is None else float(np.clip(gain * gain, TIGHT, LOOSE))
+
+    @property
+    def few(self) -> int:
+        """Iterations with an old factor, beyond which a new one is cheaper."""
+        return FEW_FREE if self.apply is None else FEW
 
 
 @dataclass(frozen=True)
@@ -115,7 +122,7 @@ class DampedFactor:
         d.forget()
         tolerance, found = self.accuracy or d.tolerance(residual), None
         if d.solve is not None:
-            found = self._gmres(_Constraint(d.solve, q), residual, g, tolerance, FEW)
+            found = self._gmres(_Constraint(d.solve, q), residual, g, tolerance, d.few)
         if found is None:
             d.solve = self.factorize(self.tangent)
             constraint = _Constraint(d.solve, q)

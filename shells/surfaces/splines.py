@@ -14,7 +14,6 @@ from math import comb
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline
 
 log = logging.getLogger(__name__)
 
@@ -41,6 +40,23 @@ def unit_gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights ``(n,)`` on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(n)
     return 0.5 * (x + 1.0), 0.5 * w
+
+
+def _local_values(knots: np.ndarray, p: int, spans: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The p + 1 functions that live between the knots ``spans`` and the next, at x: Cox, de Boor.
+
+    scipy's are the same; to import them takes longer than all that is worked out here.
+    """
+    values = np.ones((p + 1, *x.shape))
+    for d in range(1, p + 1):
+        carried = np.zeros(x.shape)
+        for r in range(d):
+            below, above = knots[spans + 1 + r - d], knots[spans + 1 + r]
+            part = values[r] / (above - below)
+            values[r] = carried + (above - x) * part
+            carried = (x - below) * part
+        values[d] = carried
+    return np.moveaxis(values, 0, -1)
 
 
 @dataclass(frozen=True)
@@ -191,9 +207,7 @@ class SplineSpace:
         inverse = np.linalg.inv(bernstein(p, x))
         start = self.breaks[0]  # differences of breaks are exact, their distance to zero is not
         points = self.breaks[:-1, None] - start + x * np.diff(self.breaks)[:, None]
-        raw = BSpline(self.knots - start, np.eye(self.knots.size - p - 1), p)(points)
-        local = self._spans[:, None] - p + np.arange(p + 1)
-        values = np.take_along_axis(raw, local[:, None, :], axis=2)  # (element, point, function)
+        values = _local_values(self.knots - start, p, self._spans[:, None], points)
         tables = np.swapaxes(values, 1, 2) @ inverse
         tables[np.abs(tables) < 1e-14] = 0.0
         return tables

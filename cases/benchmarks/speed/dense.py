@@ -1,13 +1,10 @@
 """Dense plain part, patch blocks and coarse image: CPU seconds beside the limit of the machine.
 
-`figures` uses nothing that an older tree lacks, and ``python dense.py`` prints it as JSON: the
-same file, run with another tree on PYTHONPATH, measures that tree (with one thread of numba and
-BLAS). A pair is one target with one source, those that symmetry spares included.
+Nothing here is used that an older tree lacks. A pair is one target with one source, those that symmetry spares included.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 
@@ -43,20 +40,20 @@ def layer(around: int) -> DirectSingleLayer:
 
 
 def limit(n: int = 4000) -> float:
-    """Kernels a second of the plainest sum: one strength, no functions."""
+    """Seconds a pair of the plainest sum: one strength, no functions."""
     rng = np.random.default_rng(0)
     x, y, f = (rng.random((n, 3)) for _ in range(3))
-    return n * n / _least(lambda: single_layer_sums(x, y, f), REPEATS)
+    return _least(lambda: single_layer_sums(x, y, f), REPEATS) / n**2
 
 
 def figures(quick: bool = False) -> dict[str, dict[str, float]]:
-    """Least CPU seconds of each work, pairs a second and the limit."""
-    found: dict[str, dict[str, float]] = {"limit": {"pairs/s": limit()}}
+    """Least CPU seconds of each work, seconds a pair and the limit."""
+    found: dict[str, dict[str, float]] = {"limit": {"s/pair": limit()}}
     for name, around in DENSE.items():
         small = layer(around)
         pairs = small.surface.outer.weights.size * small.surface.source.weights.size
         seconds = _least(lambda one=small: dense_matrix(one.surface, one.near), REPEATS)
-        found[name] = {"dense matrix": seconds, "pairs/s": pairs / seconds}
+        found[name] = {"dense matrix": seconds, "s/pair": seconds / pairs}
     large = layer(DENSE["1000 elements"] if quick else LARGE)
     options, functions = SchwarzOptions(), Functions.of(large.surface)
     clusters = bisect(functions.positions, options.own)
@@ -82,7 +79,3 @@ def _least(run: Callable[[], object], repeats: int = 2) -> float:
         run()
         best = min(best, time.process_time() - start)
     return best
-
-
-if __name__ == "__main__":
-    print(json.dumps(figures()))

@@ -7,10 +7,12 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from ...machine import THREADS
 
 REVISION = "7d93046"  # the last one before kernels, start and coupled steps were made faster
 HERE = Path(__file__).parent
@@ -39,19 +41,30 @@ def tree() -> Path | None:
     return place
 
 
-def figures(probe: str, root: Path, *arguments: str) -> Figures:
-    """What a probe prints under the tree at ``root``.
+def figures(probe: str, root: Path, function: str, *arguments: Any, threads: int = 0) -> Figures:
+    """What a function of a probe finds under the tree at ``root``; nested names are joined.
 
     Raises
     ------
     NoProbe
         With the end of what it printed.
     """
-    command = [sys.executable, "-P", str(HERE / "probes" / f"{probe}.py"), *arguments]
+    call = f"runpy.run_path({str(HERE / probe)!r} + '.py')[{function!r}](*{arguments!r})"
+    command = [sys.executable, "-P", "-c", f"import json, runpy; print(json.dumps({call}))"]
     environment = os.environ | {"PYTHONPATH": str(root)}
+    if threads:
+        environment |= dict.fromkeys(THREADS, str(threads))
     run = subprocess.run(
         command, capture_output=True, text=True, env=environment, cwd=root, timeout=SECONDS
     )
     if run.returncode:
         raise NoProbe(f"{probe} under {root}: {run.stderr[-500:]}")
-    return json.loads(run.stdout.splitlines()[-1])
+    return dict(_flat(json.loads(run.stdout.splitlines()[-1])))
+
+
+def _flat(found: Figures, name: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in found.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{name}{key}, ")
+        else:
+            yield name + key, value

@@ -1,12 +1,10 @@
 """Microseconds an element of the shell's residual and tangent, as kernels and assembled.
 
-`figures` uses nothing that an older tree lacks, and ``python structure.py`` prints it as JSON: the
-same file, run with another tree on PYTHONPATH, measures that tree (with NUMBA_NUM_THREADS=1).
+Nothing here is used that an older tree lacks.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from functools import partial
@@ -65,7 +63,3 @@ def _least(run: Callable, repeats: int = REPEATS) -> float:
         run()
         best = min(best, time.thread_time() - start)
     return best
-
-
-if __name__ == "__main__":
-    print(json.dumps(figures()))

@@ -44,8 +44,8 @@ class PointEnergy:
         t, g = self._tables, self._jets(x, part)
         out = np.empty((len(g), 2))
         metric, curvature, C = _flat(part, t.metric, t.curvature, t.elasticity)
-        weights = self._weights[:, part].reshape(2, -1)
-        kernels.energy(g, weights, metric, curvature, C, self._share, out)
+        weights = np.ascontiguousarray(self._weights[:, part]).reshape(2, -1)
+        kernels.energy(g, weights, metric, curvature, C, self._share, out, np.empty(kernels.WORK))
         return out.sum(axis=0)
 
     def variations(
@@ -53,14 +53,14 @@ class PointEnergy:
     ) -> tuple[np.ndarray, np.ndarray]:
         """First variation (n, m, 3) of some elements and, if asked for, second (n, m, 6, m)."""
         t, g = self._tables, self._jets(x, part)
-        S, H = self._sums.zeros(part, tangent)
+        (S, H), work = self._sums.zeros(part, tangent), np.empty(kernels.WORK)
         stretch, bend, metric, curvature, C = _flat(
             part, *self._weights, t.metric, t.curvature, t.elasticity
         )
         if self._stretches:
-            kernels.membrane(g, stretch, metric, C, self._share, tangent, S, H)
+            kernels.membrane(g, stretch, metric, C, self._share, tangent, S, H, work)
         if self._bends:
-            kernels.bending(g, bend, curvature, C, tangent, S, H)
+            kernels.bending(g, bend, curvature, C, tangent, S, H, work)
         return self._sums.force(S, part), self._sums.tangent(H, part)
 
 

@@ -8,7 +8,7 @@ from scipy.sparse import identity
 from coupling.contact.crossing import Crossing
 from coupling.contact.sampled_mesh import SampledMesh
 from coupling.contact.self_intersection import Collision
-from coupling.contact.smallest_gap import minimum_gap
+from coupling.contact.smallest_gap import facing_pairs, minimum_gap
 from coupling.contact.triangle_distance import triangle_distances
 from coupling.contact.watch import Watch
 from coupling.exchange import Result
@@ -150,3 +150,12 @@ def test_when_a_test_is_due():
     assert "gap 0.9 is below half of its initial 2" in watch.reason(0.9, 10.0, 0.2)
     assert "volume 9.9 falls below" in watch.reason(1.1, 9.9, 0.2)
     assert "long against" in watch.reason(1.1, 10.0, 0.3)
+
+
+def test_smallest_gap_leaves_no_pair_out():
+    """Crumpled sheets: the smallest of all distances of facing pairs."""
+    points, triangles, _ = sheets(9, 0.1)
+    points = points + 0.02 * np.random.default_rng(0).standard_normal(points.shape)
+    i, j = facing_pairs(points, triangles, 0.1).T
+    every = triangle_distances(points[triangles[i]], points[triangles[j]])
+    assert minimum_gap(points, triangles, 0.1) == pytest.approx(every.min(), rel=1e-10)

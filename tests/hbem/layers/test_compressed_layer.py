@@ -5,6 +5,8 @@ import pytest
 
 from cases.geometry.bodies import sphere, torus
 from cases.geometry.pillows.pillow import round_bag
+from hbem.compression import h2matrix
+from hbem.compression.near_part.stored_near import stored_near
 from hbem.layers.choice import Compression, choose
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.saddle import IterativeSaddle
@@ -45,6 +47,21 @@ def test_different_source_points():
     assert np.linalg.norm(compressed.T @ x - turned) <= 1e-4 * np.linalg.norm(turned)
     with pytest.raises(ValueError, match="equal outer and source points"):
         layers(torus(12, 12), "aca", 1e-4, orders)
+
+
+@pytest.mark.parametrize("orders", [QuadratureOrders(), QuadratureOrders(outer=2, far=3)])
+def test_near_part_stored_or_summed(orders, monkeypatch):
+    """The same boxes between functions and, where there is no room, between points."""
+    body = torus(12, 12)
+    args = (body, body.coefficients, orders)
+    stored = single_layer(*args, compression=Compression("h2", 1e-5))
+    monkeypatch.setattr(h2matrix, "stored_near", lambda *most: stored_near(*most[:-1], 1e5))
+    summed = single_layer(*args, compression=Compression("h2", 1e-5))
+    assert stored.plain.near is not None
+    assert summed.plain.near is None
+    x = np.random.default_rng(0).standard_normal((stored.shape[0], 2))
+    for a, b in ((stored, summed), (stored.T, summed.T)):
+        np.testing.assert_allclose(a @ x, b @ x, atol=1e-13 * np.abs(a @ x).max())
 
 
 @pytest.mark.parametrize("method", ["aca", "h2"])

@@ -19,16 +19,20 @@ def trough(depth, cubic=0.0):
 
 def both(control, x, start):
     """Distances that Newton and the search find from one start, and the best of a fine grid."""
-    scratch, out, r, stack = np.empty((6, 6)), np.empty((6, 3)), np.empty(3), np.empty((64, 4))
-    s, t, newton, stationary = kernels.closest(control, x, BOX, *start, scratch, out, r)
-    convexity, speeds = bounds(control[None], BOX[None])
+    scratch, out, r, stack = np.empty(45), np.empty((6, 3)), np.empty(3), np.empty((64, 4))
+    patch = (0.0,) * len(control), control
+    s, t, newton, stationary = kernels.closest(*patch, x, BOX, *start, scratch, out, r)
+    convexity, speeds, nets = bounds(control[None], BOX[None])
+    sure = kernels.behind(nets[0], x, r, kernels.NEARER * kernels.dot(r, r))
     *_, found = kernels.search(
-        control, x, BOX, speeds[0], convexity[0], 1e-6, s, t, newton, stationary, scratch, out, r,
+        *patch, x, BOX, speeds[0], convexity[0], 1e-6, s, t, newton, stationary, scratch, out, r,
         stack,
     )  # fmt: skip
     s, t = (g.ravel() for g in np.meshgrid(*2 * [np.linspace(0.0, 1.0, 401)]))
     points = tensor_bernstein(4, s, t) @ control.reshape(-1, 3)
-    return newton, found, np.linalg.norm(points - x, axis=1).min()
+    exact = np.linalg.norm(points - x, axis=1).min()
+    assert not sure or newton * kernels.NEARER <= exact
+    return newton, found, exact
 
 
 def test_search_repairs_newton():

@@ -91,25 +91,24 @@ def test_all_indices_are_of_the_tables_they_enter(body, monkeypatch):
 
     def checked(span, form, *rest):
         points, point_of, elements, found, boxes, counts, _, ordered = rest[:8]
-        shapes, control, collapsed = rest[9:12]
+        patches, control, collapsed = rest[9:12]
         assert elements.size == point_of.size == len(found) == len(boxes) == len(counts)
         assert elements.min() >= 0
-        assert elements.max() < len(shapes) == len(control)
-        assert len(collapsed) == len(control)
+        assert elements.max() < len(patches) == len(control) == len(collapsed)
         assert point_of.min() >= 0
         assert point_of.max() < len(points)
         np.testing.assert_array_equal(np.sort(ordered), np.arange(elements.size))
         st, low, high = found[:, :2], boxes[:, ::2], boxes[:, 1::2]
         assert np.all((low - 1e-12 <= st) & (st <= high + 1e-12))
-        calls.append((boxes, control))
+        calls.append((boxes, patches))
         moments(span, form, *rest)
 
     monkeypatch.setattr(near_rules.kernels, "near_moments", checked)
     with limited(1):
         near_rules.near_moments(surface, pairs, QuadratureOrders())
     assert len(calls) == 3
-    for boxes, control in calls[1:]:
-        assert not np.array_equal(control, surface.control)
+    for boxes, patches in calls[1:]:
+        assert not np.array_equal(patches, surface.shapes.power_coefficients)
         np.testing.assert_array_equal(boxes, np.tile([0.0, 1.0, 0.0, 1.0], (len(boxes), 1)))
 
 

@@ -14,10 +14,12 @@ from scipy.sparse.linalg import aslinearoperator
 
 from cases.geometry.bodies import sphere
 from cases.geometry.pillows.pillow import round_bag
+from hbem import StokesFlow
 from hbem.layers.direct_layer import DirectSingleLayer
 from hbem.layers.single_layer import single_layer
 from hbem.solvers.coarse_level import apply_to_coarse_space, bisect
 from hbem.solvers.gmres import KrylovResult, gmres
+from hbem.solvers.nested import nested_schwarz
 from hbem.solvers.preconditioner_reuse import PreconditionerStore
 from hbem.solvers.saddle import DenseSaddle, IterativeSaddle
 from hbem.solvers.saddle_system import MassPreconditioner, SaddleSystem
@@ -172,3 +174,23 @@ def test_gmres_reports_the_true_residual():
     assert not lost.result.ok
     zero = gmres(lambda x: A @ x, lambda v: v, 0.0 * f, tolerance=1e-10, max_iterations=9)
     assert zero.result.ok
+
+
+def test_larger_space_over_the_solver_of_the_smaller():
+    flow = StokesFlow(sphere(4, 6))
+    larger, rng = flow.larger, np.random.default_rng(0)
+    exact = larger.formulation.system
+    assert isinstance(exact, DenseSaddle)
+    residual = rng.standard_normal(exact.operator.shape[0])
+    none = 0.0 * residual
+    nested = IterativeSaddle(
+        exact.operator,
+        exact.constraint,
+        exact.mass,
+        preconditioner=lambda s: nested_schwarz(s, flow.formulation.system, larger.injection),
+    )
+    found = nested.correction(residual, none, 1e-8)
+    assert found.result.ok
+    assert found.iterations < 25
+    wanted = exact.correction(residual, none, 0.0).solution
+    np.testing.assert_allclose(found.solution, wanted, atol=1e-6 * abs(wanted).max())
