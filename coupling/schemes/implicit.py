@@ -3,9 +3,7 @@
 On a frozen geometry the fluid is a linear map of the velocity, ``load = R v``; it enters the
 structure's Newton iteration as damping ``-R``. Only the geometry is iterated, and that contracts
 fast at any mass ratio (faster still with quasi-Newton differences): 1 to 3 assemblies a step,
-where partitioned schemes need m dt S < 20. It starts with the acceleration of the last steps, and
-ends where a change meets the tolerance, or where ten times what it leaves by the contraction seen
-last does.
+where partitioned schemes need m dt S < 20. It starts with the acceleration of the last steps.
 R is a dense block while that is cheaper; beyond, the structure applies it inside GMRES, one frozen
 fluid solve an iteration.
 """
@@ -27,9 +25,6 @@ from .scheme import Memory, Scheme, StepProblem, StepResult
 # the tangents of 200 dofs, growing with their cube; 14 ms for some 15 frozen solves, whose calls
 # count most up to there.
 DENSE_LIMIT = 250
-SURE = 10.0  # part of the tolerance that an estimated error may fill, and a change exceed it
-LAG = 0.12  # of a step's motion: largest change, since tractions and fluxes lag by it
-DISTRUST = 2.0  # growth of a contraction with each step that did not measure it
 
 
 class DenseDamping:
@@ -106,8 +101,7 @@ class Implicit(Scheme):
     def attempt(self, problem: StepProblem, memory: Memory) -> StepResult:
         geometry, failure, guess = self._first(problem, memory)
         new = geometry
-        newton, solves, last = 0, 0, None
-        rate = float(memory.get("rate", np.inf))
+        newton = solves = 0
         structure, limit = problem.structure, self.passes or problem.max_iterations
         carried = self.geometry.next_step(self.geometry.unpack(memory))
         for i in range(1, limit + 1):
@@ -132,9 +126,7 @@ class Implicit(Scheme):
             new = step.state.coefficients
             change = new - geometry
             done, size = problem.converged(change, new)
-            rate = rate if last is None else size / max(last, 1e-300)
-            done = done or i == self.passes or _settled(problem, change, new, size, rate)
-            last = size
+            done = done or i == self.passes
             problem.report(i, size, 1.0, done)
             geometry, carried = self.geometry.step(carried, geometry, change)
             guess = new
@@ -145,11 +137,7 @@ class Implicit(Scheme):
                     step,
                     operator.load(traction),
                     traction,
-                    {
-                        **self.geometry.pack(carried),
-                        **_motion(problem, new, memory),
-                        "rate": np.array(rate if i > 1 else DISTRUST * rate),
-                    },
+                    {**self.geometry.pack(carried), **_motion(problem, new, memory)},
                     iterations=i,
                     assemblies=i,
                     newton_iterations=newton,
@@ -157,19 +145,6 @@ class Implicit(Scheme):
                     frozen_solves=solves,
                 )
         return StepResult(Result.COUPLING, None, iterations=i, assemblies=i)
-
-
-def _settled(
-    problem: StepProblem, change: np.ndarray, new: np.ndarray, size: float, rate: float
-) -> bool:
-    """Whether a contraction seen last leaves far less than the tolerance after this change.
-
-    Later passes contract up to six times less than the first.
-    """
-    if not (rate < 0.5 and size < LAG):
-        return False
-    left = rate / (1.0 - rate) * change
-    return problem.converged(change / SURE, new)[0] and problem.converged(SURE * left, new)[0]
 
 
 def _motion(problem: StepProblem, new: np.ndarray, memory: Memory) -> dict[str, np.ndarray]:
