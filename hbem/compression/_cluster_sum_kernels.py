@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 
 from .._stokes_kernels import OVER_8_PI, stokeslet, stresslet
+from .cluster_tree import LANES
 
 SINGLE_TINY = 1e-24  # squared distance below which powers leave the range of single precision
-LANES = 16  # target counts are padded to multiples: no scalar tails
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

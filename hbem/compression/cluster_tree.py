@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+LANES = 8  # target counts are padded to multiples: no scalar tails
+
 
 @dataclass(frozen=True)
 class ClusterTree:
@@ -62,11 +64,11 @@ class ClusterTree:
 
 
 def cluster_tree(
-    lower: np.ndarray, upper: np.ndarray | None = None, *, leaf: int = 64
+    lower: np.ndarray, upper: np.ndarray | None = None, *, leaf: int = 64, even: int = 1
 ) -> ClusterTree:
     """Bisect items with support boxes ``lower, upper (n, 3)`` down to ``leaf`` items.
 
-    ``upper`` may be omitted for points.
+    ``upper`` may be omitted for points; ``even`` divides the size of all clusters but the last.
 
     Raises
     ------
@@ -81,18 +83,22 @@ def cluster_tree(
         raise ValueError("positions are not finite")
     if leaf < 1:
         raise ValueError(f"leaf must be at least 1, got {leaf}")
-    return _bisect(0.5 * (lower + upper), lower, upper, leaf)
+    return _bisect(0.5 * (lower + upper), lower, upper, leaf, even)
 
 
 def grouped_tree(points: np.ndarray, group: int, leaf: int) -> ClusterTree:
     """Bisect points ``(n, 3)`` that stay together in consecutive groups, those of an element."""
     boxes = points.reshape(-1, group, 3)
-    tree = cluster_tree(boxes.min(axis=1), boxes.max(axis=1), leaf=max(1, leaf // group))
+    even = LANES if group == 1 else 1
+    box = boxes.min(axis=1), boxes.max(axis=1)
+    tree = cluster_tree(*box, leaf=max(1, leaf // group), even=even)
     order = (group * tree.order[:, None] + np.arange(group)).ravel()
     return replace(tree, order=order, start=group * tree.start, stop=group * tree.stop)
 
 
-def _bisect(centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int) -> ClusterTree:
+def _bisect(
+    centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int, even: int
+) -> ClusterTree:
     order = np.arange(centres.shape[0])
     start, stop, level, children, boxes = [0], [order.size], [0], [], []
     k = 0
@@ -105,7 +111,8 @@ def _bisect(centres: np.ndarray, lower: np.ndarray, upper: np.ndarray, leaf: int
             axis = int(np.argmax(np.ptp(centres[members], axis=0)))
             ranks = np.argsort(centres[members, axis], kind="stable")
             order[start[k] : stop[k]] = members[ranks]
-            middle = start[k] + members.size // 2
+            half = members.size // 2
+            middle = start[k] + (half - half % even or half)
             children.append((len(start), len(start) + 1))
             start += [start[k], middle]
             stop += [middle, stop[k]]

@@ -200,7 +200,8 @@ def _build(
     basis, test = bases_of
     forecast(kernel.n, tolerance, memory)
     dtype = np.float32 if tolerance >= SINGLE else np.float64
-    leaf = leaf or (96 if tolerance >= SINGLE else 160)
+    fine = 72 if basis is None else 96  # stored boxes may be larger than those that are summed
+    leaf = leaf or (fine if tolerance >= SINGLE else 160)
     tree = grouped_tree(kernel.scaled.T, group, leaf)
     blocks = block_tree(tree, ETA, largest=True)
     bases = sources = nested_bases(kernel, blocks, tolerance, dtype)

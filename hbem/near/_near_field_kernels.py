@@ -103,11 +103,14 @@ def add_rows(
 def multiply(span, indptr, indices, data, x, y):
     """``y += A x`` for ``x (n_columns, 3, k)``, ``y (n_rows, 3, k)``."""
     for a in range(span[0], span[1]):
-        out = y[a]
-        for j in range(indptr[a], indptr[a + 1]):
-            s, v = data[j], x[indices[j]]
-            for k in range(v.shape[1]):
-                v0, v1, v2 = v[0, k], v[1, k], v[2, k]
-                out[0, k] += s[0] * v0 + s[1] * v1 + s[2] * v2
-                out[1, k] += s[1] * v0 + s[3] * v1 + s[4] * v2
-                out[2, k] += s[2] * v0 + s[4] * v1 + s[5] * v2
+        for k in range(x.shape[2]):
+            u0, u1, u2 = 0.0, 0.0, 0.0
+            for j in range(indptr[a], indptr[a + 1]):
+                s, b = data[j], indices[j]
+                v0, v1, v2 = x[b, 0, k], x[b, 1, k], x[b, 2, k]
+                u0 += s[0] * v0 + s[1] * v1 + s[2] * v2
+                u1 += s[1] * v0 + s[3] * v1 + s[4] * v2
+                u2 += s[2] * v0 + s[4] * v1 + s[5] * v2
+            y[a, 0, k] += u0
+            y[a, 1, k] += u1
+            y[a, 2, k] += u2
