@@ -1,15 +1,11 @@
-"""Far field: point clouds and one solve of a bag, in seconds of one thread, as JSON lines.
+"""Far field: products of point clouds in CPU seconds, and one solve of a bag by the wall.
 
-Run as a script with another tree in ``PYTHONPATH`` it measures that tree: it uses faces only that
-trees have had for long. ``python far.py cloud sphere 100000 1e-3``, ``peer sphere 100000 1e-3``,
-``solve 102 0.05``.
+Nothing here is used that an older tree lacks.
 """
 
 from __future__ import annotations
 
-import json
 import resource
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -35,10 +31,12 @@ TRACTION, RESIDUAL = 1e-3, 1e-6
 SMALL = 20  # elements around of a bag that compiles or loads the kernels
 
 
-def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    began = time.thread_time()
+def _timed(
+    work: Callable[[], Any], clock: Callable[[], float] = time.thread_time
+) -> tuple[float, Any]:
+    began = clock()
     found = work()
-    return time.thread_time() - began, found
+    return clock() - began, found
 
 
 def cloud(name: str, n: int, tolerance: float, repeats: int = 5) -> dict[str, Any]:
@@ -88,14 +86,18 @@ def solve(around: int, gap: float) -> dict[str, Any]:
     return _solve(around, gap)
 
 
+def _wall(work: Callable[[], Any]) -> tuple[float, Any]:
+    return _timed(work, time.perf_counter)
+
+
 def _solve(around: int, gap: float) -> dict[str, Any]:
     bag, orders = round_bag(around, gap=gap), QuadratureOrders()
     asked = budget(TRACTION, bag.gap, bag.extent).compression["h2"]
     surface = sample(bag.surface, bag.coefficients, orders)
-    near_seconds, near = _timed(lambda: near_field(surface, orders))
-    build, layer = _timed(lambda: compressed_single_layer(surface, near, Compression("h2", asked)))
+    near_seconds, near = _wall(lambda: near_field(surface, orders))
+    build, layer = _wall(lambda: compressed_single_layer(surface, near, Compression("h2", asked)))
     made = SaddleSystem(layer, surface.constraint, surface.mass)
-    schwarz_seconds, schwarz = _timed(lambda: two_level_schwarz(made))
+    schwarz_seconds, schwarz = _wall(lambda: two_level_schwarz(made))
     system = IterativeSaddle(
         layer,
         surface.constraint,
@@ -104,8 +106,8 @@ def _solve(around: int, gap: float) -> dict[str, Any]:
         preconditioner=lambda _: schwarz,
     )
     data = surface.project(surface.outer.points * [1.0, 1.0, -2.0]).ravel()
-    gmres, solved = _timed(lambda: system.solve(data))
-    product = min(_timed(lambda: layer @ data)[0] for _ in range(3))
+    gmres, solved = _wall(lambda: system.solve(data))
+    product = min(_wall(lambda: layer @ data)[0] for _ in range(3))
     found = layer.plain.statistics
     return {
         "case": f"solve, thinness {gap:g}, h2",
@@ -123,15 +125,3 @@ def _solve(around: int, gap: float) -> dict[str, Any]:
         "bytes": found.bytes_far + found.bytes_near + near.nbytes + schwarz.nbytes,
         "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
     }
-
-
-def main(arguments: list[str]) -> dict[str, Any]:
-    """The row that the arguments ask for."""
-    kind, *rest = arguments
-    if kind == "solve":
-        return solve(int(rest[0]), float(rest[1]))
-    return {"cloud": cloud, "peer": peer}[kind](rest[0], int(rest[1]), float(rest[2]))
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(main(sys.argv[1:])) + "\n")
