@@ -1,6 +1,7 @@
 """Dense plain part, patch blocks and coarse image: CPU seconds beside the limit of the machine.
 
-Nothing here is used that an older tree lacks. A pair is one target with one source, those that symmetry spares included.
+Nothing here is used that an older tree lacks. A pair is one target with one source, those that
+symmetry spares included.
 """
 
 from __future__ import annotations
