@@ -49,7 +49,9 @@ def section(body, coefficients):
     lines = lines.reshape(-1, PER_ELEMENT.size, 3)
     in_plane = (abs(lines[:, :, 1]).max(axis=1) < 1e-6) & (lines[:, -1, 0] > 0.0)
     assert in_plane.sum() == body.membrane.n_elements / 8  # one element in eight around
-    return np.concatenate(lines[in_plane])[:, [0, 2]]
+    line = lines[in_plane][:, :, [0, 2]]
+    # elements share their ends to rounding only: a segment between both would cross its neighbours
+    return np.concatenate([*line[:, :-1], line[-1, -1:]])
 
 
 def crosses(polyline):
