@@ -112,7 +112,7 @@ def probes(quick: bool) -> Iterator[Probe]:
         yield Probe(
             "near",
             "near_costs",
-            (around, gap),
+            (around, gap, 1),
             (
                 Timed("seconds", name, asked=0.38, same=("pairs", "points")),
                 Timed("ns a point", f"{name}: a point", "ns", 0.38),
