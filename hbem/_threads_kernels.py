@@ -13,7 +13,7 @@ from typing import Any
 from numba import get_num_threads, set_num_threads
 from threadpoolctl import threadpool_limits
 
-PIECES = 8  # a thread: pieces take unequal time, and handing one over takes some 20 us
+PIECES = 16  # a thread: pieces take unequal time, and handing one over takes some 20 us
 
 
 def threads() -> int:

@@ -74,6 +74,20 @@ HEADLINE = (
         "{error:.1e}",
     ),
     Headline(
+        "speed",
+        r"pancake, all steps",
+        "the first line's run, start included, beside the revision before kernels were made faster",
+        "{now:.3g} s, {before:.3g} s before",
+        "{error:.0e} apart",
+    ),
+    Headline(
+        "pareto",
+        r"thin film: mesh, degree 2, 10",
+        "two spheres approach each other over a gap of a tenth: force, with default settings",
+        "{seconds:.2g} s",
+        "{error:.1e}",
+    ),
+    Headline(
         "planar",
         r"Stokes traction, \d+ segments",
         "planar Stokes traction on a quadrilateral, rate (theory: {expected rate})",

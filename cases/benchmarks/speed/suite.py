@@ -166,7 +166,7 @@ def probes(quick: bool) -> Iterator[Probe]:
         )
     sizes_around = [around] if quick else [around, LARGE, LARGEST]
     for n in sizes_around:
-        yield _solve(n, n < LARGEST)
+        yield _solve(n, n < LARGE)
 
 
 def _solve(around: int, before: bool) -> Probe:
