@@ -21,8 +21,8 @@ from . import _near_field_kernels as kernels
 from .closest_point import NearPairs, outer_pairs
 from .near_rules import near_moments
 
-CHUNK_BYTES = 64e6  # moments held at a time: fresh memory costs more than shorter chunks
-BLOCK_BYTES = 8e6  # blocks of pairs of elements held at a time: they stay in the cache
+# moments, and blocks of pairs of elements, held at a time: shorter ones make threads wait
+CHUNK_BYTES, BLOCK_BYTES = 64e6, 8e6
 FULL = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])  # six components to a 3x3 block
 
 
