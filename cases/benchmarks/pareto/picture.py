@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from pathlib import Path
 
 from ..report import Row
@@ -20,13 +19,14 @@ def draw(rows: list[Row], path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    panels = {name: list(group) for name, group in groupby(rows, key=lambda r: r["problem"])}
-    figure = Figure(figsize=(6.5 * len(panels), 6.0), dpi=80, layout="constrained")
+    panels = _by(rows, "problem")
+    across = min(3, len(panels))
+    down = -(-len(panels) // across)
+    figure = Figure(figsize=(6.5 * across, 6.0 * down), dpi=80, layout="constrained")
     FigureCanvasAgg(figure)
-    for axes, (problem, points) in zip(
-        figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True
-    ):
-        for k, (family, group) in enumerate(groupby(points, key=lambda r: r["family"])):
+    for number, (problem, points) in enumerate(panels.items(), start=1):
+        axes = figure.add_subplot(down, across, number)
+        for k, (family, group) in enumerate(_by(points, "family").items()):
             line = [r for r in group if r["error"] > 0.0]
             colour = f"C{k % 10}"
             axes.loglog(
@@ -58,3 +58,11 @@ def draw(rows: list[Row], path: Path) -> None:
         axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=7)
     figure.savefig(path)
+
+
+def _by(rows: list[Row], key: str) -> dict[str, list[Row]]:
+    """Rows by the value of a key, in the order of first appearance."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row[key], []).append(row)
+    return found

@@ -17,6 +17,7 @@ def run(quick: bool) -> Iterator[Row]:
     """Rows of the five problems, each with a warm-up that compiles its kernels."""
     yield from pancake_rows(quick)
     for problem in problems(quick):
-        problem.row("warm-up", "", problem.sizes[0], problem.degrees[0])
+        for degree in problem.degrees:
+            problem.row("warm-up", "", problem.sizes[0], degree)
         yield from problem.rows(quick)
     yield from roof_rows(quick)

@@ -14,7 +14,7 @@ VIEWS = {
         r"(first|warm) start.*|accordion.*|pancake, [aN].*",
         COLUMNS | {"results differ by": "{error:.0e}"},
     ),
-    "shells": View(r"residual.*|tangent.*", COLUMNS),
+    "shells": View(r"shell, .*", COLUMNS),
     "near": View(r"near field.*", COLUMNS),
     "dense": View(
         r"limit.*|dense layer.*|(patch blocks|coarse image|preconditioner).*",
