@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 import json
 import os
 import subprocess
@@ -29,7 +30,7 @@ class NoProbe(Exception):
 @cache
 def tree() -> Path | None:
     """Folder of the earlier revision, its kernels' cache kept between runs; None without git."""
-    place = Path(tempfile.gettempdir()) / f"airfold-{REVISION}-{os.getuid()}"
+    place = Path(tempfile.gettempdir()) / f"airfold-{REVISION}-{getpass.getuser()}"
     if not (place / "cases" / "cli.py").exists():
         place.mkdir(mode=0o700, exist_ok=True)
         archive = ["git", "-C", str(ROOT), "archive", REVISION]
